@@ -1,0 +1,64 @@
+"""What a solid is worth, measured on the solid itself: validity, volume, area, and the room it keeps from itself."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from OCP.BRepCheck import BRepCheck_Analyzer
+from OCP.BRepGProp import BRepGProp
+from OCP.GProp import GProp_GProps
+from OCP.TopAbs import TopAbs_ShapeEnum
+from OCP.TopoDS import TopoDS_Shape
+
+from cablecad.brep.kernel import occ_errors, silence, subshapes
+from cablecad.errors import GeometryError
+
+_PROPERTY_TOLERANCE = 1e-6
+"""Relative tolerance of Open Cascade's adaptive integration; without one it is off by up to 17 % on these surfaces."""
+
+
+@dataclass(frozen=True)
+class SolidCheck:
+    """The certificate of a solid.
+
+    Attributes:
+        valid: Verdict of Open Cascade's `BRepCheck_Analyzer`.
+        volume: [mm^3].
+        volume_error: (volume - pi r^2 L) / (pi r^2 L): by Pappus a tube around any curve has that volume.
+        area: Of side and caps [mm^2].
+        area_error: (area - (2 pi r L + 2 pi r^2)) / the same.
+        faces: Number of faces.
+    """
+
+    valid: bool
+    volume: float
+    volume_error: float
+    area: float
+    area_error: float
+    faces: int
+
+
+def check_solid(solid: TopoDS_Shape, *, radius: float, length: float) -> SolidCheck:
+    """Measure a tube's solid against what a tube of this radius and length [mm] must be.
+
+    Raises:
+        GeometryError: Open Cascade failed at measuring.
+    """
+    with silence(), occ_errors(GeometryError, "measuring the solid", "try another tolerance or report the scene"):
+        valid = bool(BRepCheck_Analyzer(solid).IsValid())
+        volume_properties, area_properties = GProp_GProps(), GProp_GProps()
+        BRepGProp.VolumeProperties_s(solid, volume_properties, _PROPERTY_TOLERANCE, True, False)
+        BRepGProp.SurfaceProperties_s(solid, area_properties, _PROPERTY_TOLERANCE, False)
+        faces = len(subshapes(solid, TopAbs_ShapeEnum.TopAbs_FACE))
+    volume, area = volume_properties.Mass(), area_properties.Mass()
+    exact_volume = math.pi * radius**2 * length
+    exact_area = 2.0 * math.pi * radius * (length + radius)
+    return SolidCheck(
+        valid=valid,
+        volume=volume,
+        volume_error=(volume - exact_volume) / exact_volume,
+        area=area,
+        area_error=(area - exact_area) / exact_area,
+        faces=faces,
+    )

@@ -1,0 +1,300 @@
+"""The B-spline of a tube's centreline and frame, to a tolerance.
+
+Each smooth piece becomes one C4 quintic spline through (position, normal, binormal) at its knots, with the first and
+second derivatives given at both ends; a straight piece stays a line. Times an exact rational circle that spline is
+the tube's side. The number of knots follows from the interpolation error of a quintic spline,
+
+    |f - s| <= (|B6(1/2) - B6(0)| / 6!) h^6 max |f^(6)|,   B6 the Bernoulli polynomial,
+
+which is sharp for f^(6) constant, and the knots are spread so that every span has the same error. The sixth
+derivatives are exact: they follow from the curvature's by the equations of the frame. The result is measured
+between the knots against the exact curve, and refined until it keeps the tolerance.
+
+Nothing here needs Open Cascade.
+
+Source: C. A. Hall, W. W. Meyer, Optimal error bounds for cubic spline interpolation, J. Approx. Theory 16 (1976), for
+the argument; the constant was confirmed by tests/convergence/test_spline_order.py.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import BSpline, make_interp_spline
+
+from cablecad.centreline import Array, Centreline, Frames, Line, Side
+from cablecad.errors import GeometryError
+
+DEGREE = 5
+
+QUINTIC_ERROR = (31.0 / 32.0 + 1.0) / 42.0 / 720.0
+"""|B6(1/2) - B6(0)| / 6! = 6.5e-5, the error of a span of length one for a sixth derivative of one."""
+
+SAMPLES_A_SPAN = 16
+"""Where the deviation is measured: the error of a span has one crest, in its middle, which 16 points find to 1 %."""
+
+_ANGLES = np.linspace(0.0, 2.0 * math.pi, 16, endpoint=False)
+"""Where around the circle the deviation is measured; it is a cosine there, of which 16 points find the crest to 2 %."""
+
+_DENSITY_SAMPLES = 257
+"""Where the sixth derivative is taken to spread the knots; an elastica has few features in its length."""
+
+_LEAST_DENSITY = 0.2
+"""Least density of knots against the greatest: neighbouring spans stay of like length, and no feature is skipped."""
+
+_AIM = 0.7
+"""Share of the tolerance aimed at, so that the first fit is the last as a rule."""
+
+_MOST_SPANS = 100_000
+"""A spline of more spans than this is refused: 40 MB of STEP."""
+
+
+@dataclass(frozen=True)
+class FittedPiece:
+    """A C4 quintic spline over [0, 1] through position, normal and binormal of one piece.
+
+    Attributes:
+        length: Of the exact piece [mm]; the spline's parameter is arclength over length, up to the deviation.
+        knots: Distinct knots, shape (spans + 1,).
+        poles: Position [mm], normal and binormal, shape (spans + 5, 9).
+        deviation: Greatest sampled distance between the tube's side and the exact one [mm].
+        end_normal: Normals of the exact frame at both ends, shape (2, 3); likewise the next two.
+        end_tangent: Tangents.
+        end_position: Positions [mm].
+    """
+
+    length: float
+    knots: Array
+    poles: Array
+    deviation: float
+    end_position: Array
+    end_tangent: Array
+    end_normal: Array
+
+    @property
+    def spans(self) -> int:
+        """Number of polynomial spans."""
+        return len(self.knots) - 1
+
+    @cached_property
+    def _spline(self) -> BSpline:
+        full = np.concatenate([np.zeros(DEGREE), self.knots, np.ones(DEGREE)])
+        return BSpline(full, self.poles, DEGREE)
+
+    def evaluate(self, s: Array, derivative: int = 0) -> Array:
+        """The nine columns, or a derivative of them by s, shape (n, 9)."""
+        values: Array = self._spline(s / self.length, nu=derivative) / self.length**derivative
+        return values
+
+    def samples(self) -> Array:
+        """Arclengths at `SAMPLES_A_SPAN` points a span, both ends included [mm]."""
+        return _samples(self.knots) * self.length
+
+
+def _samples(knots: Array) -> Array:
+    steps = np.arange(SAMPLES_A_SPAN) / SAMPLES_A_SPAN
+    inner = knots[:-1, None] + np.diff(knots)[:, None] * steps
+    return np.append(inner.ravel(), knots[-1])
+
+
+@dataclass(frozen=True)
+class FittedCentreline:
+    """A centreline as CAD gets it: lines and splines. It is a `Curve`, so all that measures curves measures it too.
+
+    Attributes:
+        pieces: In the order of travel.
+        tolerance: Bound the deviation keeps [mm].
+    """
+
+    pieces: tuple[Line | FittedPiece, ...]
+    tolerance: float
+
+    @property
+    def deviation(self) -> float:
+        """Greatest sampled distance between the tube's side and the exact one [mm]."""
+        return max((piece.deviation for piece in self.pieces if isinstance(piece, FittedPiece)), default=0.0)
+
+    @property
+    def spans(self) -> int:
+        """Polynomial spans of all pieces; a line counts as one."""
+        return sum(piece.spans if isinstance(piece, FittedPiece) else 1 for piece in self.pieces)
+
+    @cached_property
+    def breaks(self) -> Array:
+        """Arclengths where pieces begin and end [mm]."""
+        return np.concatenate([[0.0], np.cumsum([piece.length for piece in self.pieces])])
+
+    @property
+    def length(self) -> float:
+        """Length of the exact centreline [mm]."""
+        return float(self.breaks[-1])
+
+    def frames(self, s: ArrayLike, side: Side = "right") -> Frames:
+        """Positions of the fit and orthonormal frames on it, shape (n, 3) each."""
+        return self._frames_and_bend(s, side)[0]
+
+    def bishop(self, s: ArrayLike, order: int = 0, side: Side = "right") -> Array:
+        """The fit's curvature along normal and binormal, shape (1, n, 2) [1/mm]; no derivatives of it.
+
+        Raises:
+            ValueError: `order` above 0.
+        """
+        if order > 0:
+            raise ValueError("a fit gives its curvature, not derivatives of it; ask the exact centreline")
+        return self._frames_and_bend(s, side)[1][None]
+
+    def greatest_curvature(self) -> tuple[float, float]:
+        """The greatest sampled |curvature| of the fit [1/mm] and its arclength [mm]."""
+        best = (0.0, 0.0)
+        for start, piece in zip(self.breaks, self.pieces, strict=False):
+            if isinstance(piece, FittedPiece):
+                s = piece.samples()
+                kappa = np.linalg.norm(_frames_and_bend(piece, s)[1], axis=1)
+                i = int(np.argmax(kappa))
+                best = max(best, (float(kappa[i]), float(start + s[i])))
+        return best
+
+    def _frames_and_bend(self, s: ArrayLike, side: Side) -> tuple[Frames, Array]:
+        at = np.atleast_1d(np.asarray(s, dtype=np.float64)).ravel()
+        index = np.clip(np.searchsorted(self.breaks, at, side=side) - 1, 0, len(self.pieces) - 1)
+        frames, bend = Frames(*(np.empty((len(at), 3)) for _ in range(4))), np.empty((len(at), 2))
+        for i, piece in enumerate(self.pieces):
+            own = index == i
+            if own.any():
+                local = np.clip(at[own] - self.breaks[i], 0.0, piece.length)
+                found, bend[own] = _frames_and_bend(piece, local)
+                for target, value in zip(frames, found, strict=True):
+                    target[own] = value
+        return frames, bend
+
+
+def _frames_and_bend(piece: Line | FittedPiece, s: Array) -> tuple[Frames, Array]:
+    """Frames of one piece made orthonormal, and the curvature's components in them, shape (n, 2)."""
+    if isinstance(piece, Line):
+        return piece.frames(s), np.zeros((len(s), 2))
+    values, first, second = (piece.evaluate(s, derivative) for derivative in range(3))
+    speed = np.linalg.norm(first[:, :3], axis=1)
+    tangent = first[:, :3] / speed[:, None]
+    normal = values[:, 3:6] - _dot(values[:, 3:6], tangent)[:, None] * tangent
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    binormal = np.cross(tangent, normal)
+    bend = np.stack([_dot(second[:, :3], normal), _dot(second[:, :3], binormal)], axis=1) / speed[:, None] ** 2
+    return Frames(values[:, :3], tangent, normal, binormal), bend
+
+
+def _dot(a: Array, b: Array) -> Array:
+    return np.einsum("ni,ni->n", a, b)
+
+
+def fit_centreline(centreline: Centreline, radius: float, *, tolerance: float) -> FittedCentreline:
+    """Fit lines and C4 quintic splines to a centreline and its frame.
+
+    Args:
+        centreline: The exact curve.
+        radius: Of the tube whose side shall keep the tolerance [mm].
+        tolerance: Bound on the distance between the side and the exact tube's [mm].
+
+    Returns:
+        The fit with its measured deviation. The distance is taken between points of equal parameters, which bounds
+        the distance between the surfaces from above.
+
+    Raises:
+        GeometryError: The tolerance cannot be kept: below rounding, or more than 100 000 spans.
+    """
+    pieces = []
+    for start, piece in zip(centreline.breaks, centreline.pieces, strict=False):
+        if isinstance(piece, Line):
+            pieces.append(piece)
+        else:
+            pieces.append(_fit_piece(Centreline([piece]), radius, tolerance, float(start)))
+    return FittedCentreline(tuple(pieces), tolerance)
+
+
+def _fit_piece(piece: Centreline, radius: float, tolerance: float, start: float) -> FittedPiece:
+    """Fit one smooth piece; `start` is its arclength on the whole centreline, for messages."""
+    s, density = _knot_density(piece, radius)
+    share = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2.0 * np.diff(s))])
+    spans = max(4, math.ceil(share[-1] * (QUINTIC_ERROR / (_AIM * tolerance)) ** (1.0 / 6.0)))
+    least = math.inf
+    while spans <= _MOST_SPANS:
+        knots = np.interp(np.linspace(0.0, share[-1], spans + 1), share, s / piece.length)
+        fitted = _interpolate(piece, radius, knots)
+        if fitted.deviation <= tolerance:
+            return fitted
+        if fitted.deviation > 0.7 * least and spans > 64:
+            # More knots stopped helping: the error is rounding, not interpolation.
+            raise GeometryError(
+                f"the piece of the centreline at s = {start:g} mm cannot be fitted to {tolerance:g} mm: "
+                f"rounding leaves {fitted.deviation:.2g} mm; ask for a larger tolerance"
+            )
+        least = min(least, fitted.deviation)
+        spans = math.ceil(spans * min(4.0, max(1.1, (fitted.deviation / (_AIM * tolerance)) ** (1.0 / 6.0))))
+    raise GeometryError(
+        f"the piece of the centreline at s = {start:g} mm needs more than {_MOST_SPANS} spans to keep {tolerance:g} mm; "
+        "ask for a larger tolerance"
+    )
+
+
+def _knot_density(piece: Centreline, radius: float) -> tuple[Array, Array]:
+    """Arclengths and the density of knots that spreads the interpolation error evenly [1/mm]."""
+    s = np.linspace(0.0, piece.length, _DENSITY_SAMPLES)
+    along, normal, binormal = (_derivatives(piece, s, axis, 6 - (axis == 0)) for axis in range(3))
+    sixth = np.linalg.norm(along, axis=1) + radius * np.hypot(
+        np.linalg.norm(normal, axis=1), np.linalg.norm(binormal, axis=1)
+    )
+    density = sixth ** (1.0 / 6.0)
+    # A knot needs its neighbours: take the greatest nearby, so that no sharp drop stands beside a crest.
+    density = np.max([np.roll(np.pad(density, 8, mode="edge"), shift)[8:-8] for shift in (-8, -4, 0, 4, 8)], axis=0)
+    return s, np.maximum(density, _LEAST_DENSITY * density.max())
+
+
+def _derivatives(piece: Centreline, s: Array, axis: int, order: int) -> Array:
+    """The derivative of `order` of the tangent (axis 0), normal (1) or binormal (2), in the frame, shape (n, 3).
+
+    A field a T + b N + c B has the derivative (a' - b k1 - c k2) T + (b' + a k1) N + (c' + a k2) B; its components are
+    carried with as many of their own derivatives as the steps to come need.
+    """
+    k1, k2 = np.moveaxis(piece.bishop(s, order), 2, 0)
+    parts = [np.zeros((order + 1, len(s))) for _ in range(3)]
+    parts[axis][0] = 1.0
+    for _ in range(order):
+        a, b, c = parts
+        parts = [
+            a[1:] - _product(b, k1) - _product(c, k2),
+            b[1:] + _product(a, k1),
+            c[1:] + _product(a, k2),
+        ]
+    return np.stack([part[0] for part in parts], axis=1)
+
+
+def _product(field: Array, kappa: Array) -> Array:
+    """Derivatives of a product by Leibniz' rule, one fewer than `field` has, shape (m - 1, n)."""
+    rows = range(len(field) - 1)
+    return np.array([sum(math.comb(j, i) * field[i] * kappa[j - i] for i in range(j + 1)) for j in rows])
+
+
+def _interpolate(piece: Centreline, radius: float, knots: Array) -> FittedPiece:
+    """The spline through a piece at given knots of [0, 1], and its measured deviation."""
+    length = piece.length
+    frames = piece.frames(knots * length)
+    ends = np.array([0, -1])
+    k1, k2 = np.moveaxis(piece.bishop([0.0, length], 1), 2, 0)[..., None]
+    position, tangent, normal, binormal = (values[ends] for values in frames)
+    bend = k1[0] * normal + k2[0] * binormal
+    first = np.hstack([tangent, -k1[0] * tangent, -k2[0] * tangent]) * length
+    second = np.hstack([bend, -k1[1] * tangent - k1[0] * bend, -k2[1] * tangent - k2[0] * bend]) * length**2
+    columns = np.hstack([frames.position, frames.normal, frames.binormal])
+    conditions = [[(1, first[i]), (2, second[i])] for i in range(2)]
+    spline = make_interp_spline(knots, columns, k=DEGREE, bc_type=(conditions[0], conditions[1]))
+    at = _samples(knots)
+    exact = piece.frames(at * length)
+    error = spline(at) - np.hstack([exact.position, exact.normal, exact.binormal])
+    off = error[:, None, :3] + radius * (
+        np.cos(_ANGLES)[:, None] * error[:, None, 3:6] + np.sin(_ANGLES)[:, None] * error[:, None, 6:]
+    )
+    deviation = float(np.sqrt(np.einsum("nai,nai->na", off, off).max()))
+    return FittedPiece(length, knots, spline.c, deviation, position, tangent, normal)

@@ -1,0 +1,60 @@
+"""`cablecad build`: a scene file to one STEP file."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import click
+
+from cablecad.cli.session import progress_bar, say, scene_argument, show_errors, verbosity_options
+
+
+@click.command()
+@scene_argument
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="The STEP file to write; the scene's name with .step if not given.",
+)
+@click.option("--report", "report_path", type=click.Path(path_type=Path), help="Also write the report as JSON.")
+@click.option("--strict", is_flag=True, help="Treat a broken min_bend_radius as an error: exit 4, write nothing.")
+@click.option("--tolerance", type=float, metavar="MM", help="Shape tolerance instead of the scene's.")
+@verbosity_options
+def build(
+    scene_path: Path, output: Path | None, report_path: Path | None, strict: bool, tolerance: float | None
+) -> int:
+    """Solve SCENE, make its solids and write one STEP file.
+
+    The file holds the scene's parts and cables as an assembly with names and colours. It appears whole or not at all;
+    the same input gives the same bytes. Prints the paths written.
+    """
+    from cablecad.files import replacing
+    from cablecad.pipeline import check_output, run_build
+    from cablecad.report import to_json
+    from cablecad.scene import load_scene
+
+    output = output if output is not None else scene_path.with_suffix(".step")
+    scene = load_scene(scene_path)
+    if tolerance is not None:
+        scene = replace(scene, tolerance=tolerance)
+    check_output(scene, output)
+    if report_path is not None:
+        check_output(scene, report_path, suffixes=(".json",))
+    with progress_bar(2 * len(scene.cables) + len(scene.parts)) as progress:
+        run = run_build(scene, output, strict=strict, progress=progress)
+    for outcome in run.outcomes:
+        if outcome.solution is not None:
+            broken = () if strict else outcome.solution.violations
+            for message in (*outcome.solution.warnings, *outcome.notes, *(v.message for v in broken)):
+                say(f"warning: cable {outcome.cable.name}: {message}")
+    show_errors(run.errors)
+    if report_path is not None:
+        with replacing(report_path) as temporary:
+            temporary.write_text(to_json(run.report()), encoding="utf-8")
+    if not run.errors:
+        click.echo(output)
+    if report_path is not None:
+        click.echo(report_path)
+    return run.exit_code

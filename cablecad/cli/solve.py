@@ -1,0 +1,73 @@
+"""`cablecad solve`: what the cables of a scene are like, without solids."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from cablecad.cli.session import progress_bar, say, scene_argument, show_errors, verbosity_options
+
+if TYPE_CHECKING:
+    from cablecad.report import CableOutcome
+
+
+@click.command()
+@scene_argument
+@click.option("--json", "as_json", is_flag=True, help="Print the whole report as JSON.")
+@click.option(
+    "--points",
+    type=click.IntRange(min=2),
+    metavar="N",
+    help="With --json: N points at equal arclengths, ends included.",
+)
+@verbosity_options
+def solve(scene_path: Path, as_json: bool, points: int | None) -> int:
+    """Solve SCENE and print one line a cable, or the report as JSON. No solids, no Open Cascade."""
+    from cablecad.pipeline import solve_scene
+    from cablecad.report import to_json
+    from cablecad.scene import load_scene
+
+    scene = load_scene(scene_path)
+    with progress_bar(len(scene.cables)) as progress:
+        run = solve_scene(scene, progress=progress)
+    if as_json:
+        click.echo(to_json(run.report(points=points)), nl=False)
+    else:
+        for outcome in run.outcomes:
+            click.echo(_line(outcome))
+    for outcome in run.outcomes:
+        if outcome.solution is not None:
+            for message in (*outcome.solution.warnings, *(v.message for v in outcome.solution.violations)):
+                say(f"warning: cable {outcome.cable.name}: {message}")
+    show_errors(run.errors)
+    return run.exit_code
+
+
+def _line(outcome: CableOutcome) -> str:
+    """One cable on one line."""
+    solution = outcome.solution
+    if solution is None:
+        return f"{outcome.cable.name}: {outcome.result}"
+    radius = solution.bend_radius_min
+    parts = [
+        f"{outcome.cable.name}: solved",
+        f"{solution.model} ({solution.equilibrium.branch})",
+        f"length {solution.length:.7g} mm",
+        f"chord {solution.chord:.7g} mm",
+        "no bend"
+        if radius is None
+        else f"least bend radius {radius:.7g} mm at s = {solution.bend_radius_min_at:.7g} mm",
+    ]
+    if solution.EI is not None:
+        force = solution.EI * float((solution.equilibrium.end.force_per_EI**2).sum() ** 0.5)
+        parts.append(f"end force {force:.7g} N")
+    stability = solution.stability
+    if not stability.stable_in_plane:
+        parts.append("unstable")
+    elif not stability.stable_out_of_plane:
+        parts.append("stable only in its plane")
+    else:
+        parts.append("stable")
+    return ", ".join(parts)

@@ -1,0 +1,115 @@
+"""The planar elastica in closed form: the shape of a weightless uniform rod under end loads in a plane.
+
+With n the constant internal force (tension positive), P = |n| per unit EI, omega = sqrt(P) and psi the angle of the
+tangent from the direction of -n (the direction of compression), the rod obeys psi'' = -P sin(psi), the equation of a
+pendulum. The inflexional branch swings (m < 1):
+
+    psi = 2 asin(k sn u),   kappa = 2 k omega cn u,   u = u0 + omega s,
+    x = (2 (E(u) - E(u0)) - (u - u0)) / omega,   y = -(2 k / omega) (cn u - cn u0),
+
+with x along -n and y across it, E(u) Jacobi's epsilon, k = sqrt(m).
+
+Source: A. E. H. Love, A Treatise on the Mathematical Theory of Elasticity, 4th ed., sections 262-263; the formulas
+were checked against 26-digit integrations of the differential equation.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from cablecad.centreline import Array, Frames, Placement
+from cablecad.rod.elliptic import complete_k, jacobi
+
+
+def curvature_derivatives(kappa: Array, sine: Array, cosine: Array, force: float, order: int) -> Array:
+    """Derivatives 0..order of the curvature of any elastica by arclength, from kappa' = -P sin(psi).
+
+    Args:
+        kappa: Curvature psi', shape (n,) [1/mm].
+        sine: sin(psi), shape (n,).
+        cosine: cos(psi), shape (n,).
+        force: P, the force per unit EI [1/mm^2].
+        order: Highest derivative.
+
+    Returns:
+        Shape (order + 1, n). Leibniz' rule carries sin(psi)' = cos(psi) kappa and cos(psi)' = -sin(psi) kappa along.
+    """
+    kappas, sines, cosines = [kappa], [sine], [cosine]
+    for j in range(order):
+        kappas.append(-force * sines[j])
+        binomials = [math.comb(j, i) for i in range(j + 1)]
+        sines.append(sum((c * cosines[j - i] * kappas[i] for i, c in enumerate(binomials)), np.zeros_like(kappa)))
+        cosines.append(-sum((c * sines[j - i] * kappas[i] for i, c in enumerate(binomials)), np.zeros_like(kappa)))
+    return np.array(kappas)
+
+
+@dataclass(frozen=True)
+class Inflexional:
+    """A stretch of the inflexional elastica, as a piece of a centreline.
+
+    Attributes:
+        placement: Origin at the stretch's start; e1 along the compression -n, e3 the axis kappa is signed about.
+        length: [mm].
+        omega: sqrt(P) [1/mm].
+        m: k^2, in (0, 1).
+        m1: 1 - m, carried on its own because it may be far below the rounding of m.
+        u0: Elliptic argument at the start.
+
+    Accuracy: positions to a few eps (length + 1 / omega), measured against mpmath in tests/rod/test_elastica.py.
+    """
+
+    placement: Placement
+    length: float
+    omega: float
+    m: float
+    m1: float
+    u0: float
+
+    @property
+    def force(self) -> float:
+        """P, the compression per unit EI [1/mm^2]."""
+        return self.omega**2
+
+    @property
+    def k(self) -> float:
+        """The modulus, sqrt(m)."""
+        return math.sqrt(self.m)
+
+    @cached_property
+    def _start(self) -> tuple[float, float]:
+        """Jacobi's epsilon and cn at the start."""
+        at = jacobi(np.array([self.u0]), self.m, self.m1)
+        return float(at.epsilon[0]), float(at.cn[0])
+
+    def frames(self, s: Array) -> Frames:
+        """Positions and frames at `s`, shape (n, 3) each."""
+        advance = self.omega * s
+        at = jacobi(self.u0 + advance, self.m, self.m1)
+        epsilon0, cn0 = self._start
+        x = (2.0 * (at.epsilon - epsilon0) - advance) / self.omega
+        y = (-2.0 * self.k / self.omega) * (at.cn - cn0)
+        return self.placement.frames(x, y, at.dn**2 - self.m * at.sn**2, 2.0 * self.k * at.sn * at.dn)
+
+    def bishop(self, s: Array, order: int) -> Array:
+        """Derivatives 0..order of the curvature, in the first of the two components."""
+        at = jacobi(self.u0 + self.omega * s, self.m, self.m1)
+        sine, cosine = 2.0 * self.k * at.sn * at.dn, at.dn**2 - self.m * at.sn**2
+        values = np.zeros((order + 1, len(s), 2))
+        kappa = 2.0 * self.k * self.omega * at.cn
+        values[:, :, 0] = curvature_derivatives(kappa, sine, cosine, self.force, order)
+        return values
+
+    def greatest_curvature(self) -> tuple[float, float]:
+        """2 k omega where cn u = +-1 inside the stretch, else the greater of the two ends."""
+        half_period = 2.0 * float(complete_k(self.m, self.m1))
+        crest = math.ceil(self.u0 / half_period - 1e-12) * half_period
+        s = (crest - self.u0) / self.omega
+        if s <= self.length * (1.0 + 1e-12):
+            return 2.0 * self.k * self.omega, min(max(s, 0.0), self.length)
+        ends = np.abs(self.bishop(np.array([0.0, self.length]), 0)[0, :, 0])
+        i = int(np.argmax(ends))
+        return float(ends[i]), (0.0, self.length)[i]

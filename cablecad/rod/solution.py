@@ -1,0 +1,213 @@
+"""What solving a cable gives: its equilibria, the one chosen, and what that one is worth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from functools import cached_property
+from typing import Literal
+
+from numpy.typing import ArrayLike
+
+from cablecad.centreline import Array, Centreline, Side
+from cablecad.model import Cable
+from cablecad.rod.stability import Stability
+from cablecad.rod.verdict import Violation, find_violations, find_warnings
+from cablecad.self_gap import self_gap
+
+STANDARD_GRAVITY = 9.80665
+"""[m/s^2]"""
+
+ModelName = Literal["straight", "planar"]
+
+
+class Result(Enum):
+    """What became of a cable; the text is the advice."""
+
+    solved = "the equilibrium was found to the residual that is stated"
+    infeasible = "physics forbids this shape: change the data the message names"
+    unsolved = "no solution was found although none is known to be impossible: try another length or simpler ends"
+    not_planar = "the ends do not lie in one plane: turn an end into the plane of the other and the chord"
+    invalid_tube = "the tube would cut into itself: choose a smaller diameter, another length or another equilibrium"
+
+
+@dataclass(frozen=True)
+class EndState:
+    """One end of a solved cable.
+
+    Attributes:
+        position: [mm], shape (3,).
+        direction: Unit tangent in the way of travel, shape (3,).
+        force_per_EI: What the support applies to the cable, per unit bending stiffness [1/mm^2], shape (3,).
+        moment_per_EI: The same for the moment about the end's own point [1/mm], shape (3,).
+    """
+
+    position: Array
+    direction: Array
+    force_per_EI: Array
+    moment_per_EI: Array
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """One equilibrium of a cable.
+
+    Attributes:
+        winding: Full turns of the tangent beyond the least.
+        side: +1 towards the bulge, -1 away from it, 0 where there is no side.
+        inflections: Points between the ends at which the curvature changes sign.
+        branch: "inflexional", "non-inflexional", "circle" or "line".
+        energy_per_EI: Strain energy per unit bending stiffness [1/mm].
+        centreline: Its shape.
+        start: State of the start.
+        end: State of the end.
+        judge: Finds the stability; called once, and only if someone asks.
+        diameter: Of the cable [mm], for the self-gap.
+    """
+
+    winding: int
+    side: int
+    inflections: int
+    branch: str
+    energy_per_EI: float
+    centreline: Centreline
+    start: EndState
+    end: EndState
+    judge: Callable[[], Stability]
+    diameter: float
+
+    @cached_property
+    def stability(self) -> Stability:
+        """Margins in and out of the plane."""
+        return self.judge()
+
+    @cached_property
+    def greatest_curvature(self) -> tuple[float, float]:
+        """The greatest |curvature| [1/mm] and the arclength where it stands [mm]."""
+        return self.centreline.greatest_curvature()
+
+    @property
+    def bend_radius_min(self) -> float | None:
+        """The least bend radius [mm], or None where the cable is straight."""
+        kappa = self.greatest_curvature[0]
+        return 1.0 / kappa if kappa > 0.0 else None
+
+    @cached_property
+    def self_gap(self) -> float | None:
+        """Room between parts of the cable's side that face each other [mm]; None where none do."""
+        return self_gap(self.centreline, self.diameter / 2.0)
+
+
+@dataclass(frozen=True)
+class RodSolution:
+    """A cable solved as an elastic rod.
+
+    Attributes:
+        cable: What was asked.
+        model: The mechanical model that was taken.
+        reason: Why this one.
+        equilibria: Those found: the in-plane stable by energy, then the unstable.
+        index: Which of them is the answer.
+        length: [mm].
+        chord: Distance of the ends [mm]; negative where a `toward` end lies behind the start.
+        slack: (length - chord) / chord, or None where the chord is not positive.
+        rise: Greatest distance from the chord [mm].
+        end_angle_deg: Angle between the start's tangent and the chord [degrees].
+        residual: Largest unmet end condition of the centreline: position over length, direction as an angle.
+        out_of_plane_deg: Angle by which the ends were turned into one plane [degrees].
+        notes: What the data themselves give to say: other answers, redundant data, ends that have crossed.
+    """
+
+    cable: Cable
+    model: ModelName
+    reason: str
+    equilibria: tuple[Equilibrium, ...]
+    index: int
+    length: float
+    chord: float
+    slack: float | None
+    rise: float
+    end_angle_deg: float
+    residual: float
+    out_of_plane_deg: float = 0.0
+    notes: tuple[str, ...] = ()
+
+    @property
+    def equilibrium(self) -> Equilibrium:
+        """The chosen equilibrium."""
+        return self.equilibria[self.index]
+
+    @property
+    def centreline(self) -> Centreline:
+        """The chosen equilibrium's shape."""
+        return self.equilibrium.centreline
+
+    @property
+    def stability(self) -> Stability:
+        """The chosen equilibrium's stability."""
+        return self.equilibrium.stability
+
+    @property
+    def bend_radius_min(self) -> float | None:
+        """The least bend radius [mm], or None where the cable is straight."""
+        return self.equilibrium.bend_radius_min
+
+    @property
+    def bend_radius_min_at(self) -> float | None:
+        """The arclength where the bend radius is least [mm], or None where the cable is straight."""
+        return self.equilibrium.greatest_curvature[1] if self.bend_radius_min is not None else None
+
+    @property
+    def self_gap(self) -> float | None:
+        """Room between parts of the cable's side that face each other [mm]; None where none do."""
+        return self.equilibrium.self_gap
+
+    @property
+    def EI(self) -> float | None:
+        """Bending stiffness [N mm^2], or None without a material."""
+        return None if self.cable.material is None else self.cable.material.EI(self.cable.section)
+
+    @property
+    def GJ(self) -> float | None:
+        """Torsional stiffness [N mm^2], or None where nothing tells it."""
+        return None if self.cable.material is None else self.cable.material.GJ(self.cable.section)
+
+    @property
+    def energy(self) -> float | None:
+        """Strain energy [N mm], or None without a material."""
+        return None if self.EI is None else self.EI * self.equilibrium.energy_per_EI
+
+    @property
+    def weight_ratio(self) -> float | None:
+        """Weight times length squared per EI: above 1 gravity matters. None without a mass and a stiffness."""
+        if self.EI is None or self.cable.material is None or self.cable.material.mass_per_length is None:
+            return None
+        weight = self.cable.material.mass_per_length * STANDARD_GRAVITY / 1000.0  # kg/m times m/s^2 is N/m
+        return weight * self.length**3 / self.EI
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the user should know of a shape that breaks no rule."""
+        return self.notes + find_warnings(self.cable, self.stability, self.self_gap, self.weight_ratio)
+
+    @cached_property
+    def violations(self) -> tuple[Violation, ...]:
+        """Rules the shape breaks: a tube that cuts into itself, a bend tighter than the user allows."""
+        return find_violations(self.cable, self.bend_radius_min, self.bend_radius_min_at, self.self_gap)
+
+    def points(self, count: int) -> Array:
+        """`count` >= 2 positions at equal arclengths, both ends included, shape (count, 3) [mm]."""
+        return self.centreline.points(count)
+
+    def position(self, s: ArrayLike) -> Array:
+        """Positions at arclengths [mm], shape (n, 3) [mm]."""
+        return self.centreline.position(s)
+
+    def tangent(self, s: ArrayLike, side: Side = "right") -> Array:
+        """Unit tangents at arclengths [mm], shape (n, 3)."""
+        return self.centreline.tangent(s, side)
+
+    def curvature(self, s: ArrayLike, derivative: int = 0, side: Side = "right") -> Array:
+        """Curvature about the plane's normal at arclengths [mm], signed, shape (n,) [1/mm^(1 + derivative)]."""
+        return self.centreline.curvature(s, derivative, side)

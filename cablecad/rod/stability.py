@@ -1,0 +1,245 @@
+"""Stability of planar elastica: the least eigenvalue of the second variation of the energy, in and out of the plane.
+
+Units: L = EI = 1. An equilibrium has angle theta(s), curvature kappa = theta' and constant internal force n (tension
+positive), theta'' = n_x sin(theta) - n_y cos(theta). With t = (cos theta, sin theta) the second variation is
+
+* in the plane, for a turn phi: int phi'^2 + (n.t) phi^2, where int phi sin(theta) = int phi cos(theta) = 0 (the ends
+  stay where they are);
+* out of the plane, for a tilt v: int v'^2 + (n.t - kappa^2) v^2 [+ GJ/EI (int kappa v)^2], where int v = 0. The last
+  term is there only where both ends hold the cable's spin; without it each cross-section is free to spin.
+
+phi and v vanish at a clamp and are free at a pin.
+
+**Normalisation of the margins.** A margin is the least value of that form where int phi^2 ds = 1 (out of the plane:
+int v^2 ds = 1), in units of EI/L^2 for a cable of length L: the least eigenvalue of -phi'' + (n.t) phi = lambda phi
+(+ multipliers). It does not depend on the basis, has a meaning for clamps and pins alike, and is the one that gives a
+cable pinned at both ends +0.18, -0.30, -1.12 at end angles of 130, 132 and 160 degrees. (The same form over int phi'^2
+has the same sign, is at most 1, and exists for clamped ends only.) Positive: stable.
+
+**Zero modes.** Turning the whole cable about an axis that its ends leave free costs no energy; such a mode is an
+eigenfunction with eigenvalue 0 and all others are orthogonal to it in this normalisation, so that it is left out
+exactly: v = sin(theta - angle of the axis) out of the plane, phi = 1 in the plane for two pins at one point.
+`Stability.free_turn` says that there was one.
+
+Limits: theta and kappa are taken at the nodes of a `TrialSpace` and must be resolved there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cablecad.rod.trial import PANEL_MODES, Array, TrialSpace, refine, trial_space
+
+PARALLEL = 1e-9
+"""Sine of an angle, or chord over length, below which an axis counts as met: squares of it are below rounding."""
+
+NEUTRAL = 1e-8
+"""Margins closer to zero than this are rounding: eps times the largest eigenvalue, 4e5 for 44 functions, and a margin."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stability:
+    """Margins of one equilibrium (shape ()) or of many (shape (n,)); see the module for their normalisation.
+
+    Attributes:
+        in_plane: Least eigenvalue in the plane.
+        out_of_plane: Least eigenvalue out of the plane, zero modes left out.
+        free_turn: Whether a turn about an axis of the ends was left out of `out_of_plane`.
+        spin: ``"clamped"`` where the twist's stiffness took part, else ``"free"``.
+    """
+
+    in_plane: Array
+    out_of_plane: Array
+    free_turn: Any
+    spin: str
+
+    @property
+    def stable_in_plane(self) -> Any:
+        """Whether every small motion in the plane costs energy."""
+        return self.in_plane > NEUTRAL
+
+    @property
+    def stable_out_of_plane(self) -> Any:
+        """Whether every small motion out of the plane costs energy, turns about free axes left out."""
+        return self.out_of_plane > NEUTRAL
+
+
+def stability(
+    theta: Callable[[Array], Any],
+    kappa: Callable[[Array], Any],
+    n: Any,
+    *,
+    start_clamped: bool,
+    end_clamped: bool,
+    torsion_ratio: float | None = None,
+) -> Stability:
+    """Judge one equilibrium given as functions of arclength.
+
+    Args:
+        theta: Angle of the tangent at an array of arclengths in [0, 1], without jumps [rad].
+        kappa: Curvature theta' there, in units of 1/L.
+        n: Internal force, shape (2,), in units of EI/L^2.
+        start_clamped: Whether the direction at s = 0 is held.
+        end_clamped: Whether the direction at s = 1 is held.
+        torsion_ratio: GJ/EI where both ends hold the spin; None: spin is free. Ignored as soon as an end is a pin.
+
+    Returns:
+        The margins, each of shape ().
+
+    Accuracy: 1e-9 relative to the largest of 1, |n| and the margin; tests/rod/test_stability.py.
+    """
+    force = np.asarray(n, dtype=float)
+    breaks = refine(kappa, omega=float(np.sqrt(np.hypot(force[0], force[1]))))
+    if len(breaks) <= 5:
+        # Up to four panels' turn: one polynomial is cheaper than panels and converges faster.
+        space = trial_space(start_clamped, end_clamped)
+    else:
+        space = trial_space(start_clamped, end_clamped, breaks, PANEL_MODES)
+    return stability_at_nodes(
+        space,
+        np.asarray(theta(space.s), dtype=float),
+        np.asarray(kappa(space.s), dtype=float),
+        force,
+        np.asarray(theta(np.array([0.0, 1.0])), dtype=float),
+        start_clamped=start_clamped,
+        end_clamped=end_clamped,
+        torsion_ratio=torsion_ratio,
+    )
+
+
+def stability_at_nodes(
+    space: TrialSpace,
+    theta: Array,
+    kappa: Array,
+    n: Array,
+    ends: Array,
+    *,
+    start_clamped: bool,
+    end_clamped: bool,
+    torsion_ratio: Any = None,
+) -> Stability:
+    """Judge one equilibrium or many, given at the nodes of a trial space made for the same ends.
+
+    Args:
+        space: From `trial_space(start_clamped, end_clamped, ...)`.
+        theta: Angles at `space.s`, shape (..., q) [rad].
+        kappa: Curvatures there, shape (..., q).
+        n: Internal forces, shape (..., 2).
+        ends: Angles at s = 0 and s = 1, shape (..., 2) [rad].
+        start_clamped: Whether the direction at s = 0 is held.
+        end_clamped: Whether the direction at s = 1 is held.
+        torsion_ratio: GJ/EI, shape () or (...,), where both ends hold the spin; None: spin is free.
+
+    Returns:
+        The margins, each of shape (...,).
+    """
+    cosine, sine = np.cos(theta), np.sin(theta)
+    tension = n[..., :1] * cosine + n[..., 1:] * sine
+    chord = np.stack([cosine @ space.weights, sine @ space.weights], axis=-1)
+    length = np.hypot(chord[..., 0], chord[..., 1])
+    pins = not start_clamped and not end_clamped
+    in_plane = least_in_plane(space, cosine, sine, tension, turn_free=(length <= PARALLEL) if pins else None)
+
+    held = start_clamped and end_clamped and torsion_ratio is not None
+    modes, free = _zero_modes(space, cosine, sine, chord, length, ends, start_clamped, end_clamped, held)
+    form = _form(space, tension - kappa**2)
+    if held:
+        twist = (kappa * space.weights) @ space.values
+        form = form + np.asarray(torsion_ratio)[..., None, None] * twist[..., :, None] * twist[..., None, :]
+    flat = np.broadcast_to(space.weights @ space.values, modes[0].shape)
+    out_of_plane = least_eigenvalue(form, np.stack([flat, *modes], axis=-2))
+    return Stability(in_plane, out_of_plane, free, "clamped" if held else "free")
+
+
+def least_in_plane(space: TrialSpace, cosine: Array, sine: Array, tension: Array, *, turn_free: Any = None) -> Array:
+    """Least eigenvalue in the plane, shape (...,), from cos(theta), sin(theta) and n.t at the nodes.
+
+    `turn_free`, shape (...,), marks cables that are free to turn in the plane: pinned by both ends to one point.
+    """
+    rows = np.stack([(sine * space.weights) @ space.values, (cosine * space.weights) @ space.values], axis=-2)
+    if turn_free is not None and np.any(turn_free):
+        turn = np.broadcast_to(space.weights @ space.values, rows[..., :1, :].shape)
+        rows = np.concatenate([rows, np.where(np.asarray(turn_free)[..., None, None], turn, 0.0)], axis=-2)
+    return least_eigenvalue(_form(space, tension), rows)
+
+
+def _form(space: TrialSpace, potential: Array) -> Array:
+    """int v_i' v_j' + potential v_i v_j ds, shape (..., m, m)."""
+    weighted = (space.weights * potential)[..., :, None] * space.values
+    product: Array = space.stiffness + space.values.T @ weighted
+    return product
+
+
+def _zero_modes(
+    space: TrialSpace,
+    cosine: Array,
+    sine: Array,
+    chord: Array,
+    length: Array,
+    ends: Array,
+    start_clamped: bool,
+    end_clamped: bool,
+    held: bool,
+) -> tuple[list[Array], Any]:
+    """Rows, zero where there is none, of the turns about axes the ends leave free: sin(theta - axis angle).
+
+    An axis passes through both end points and along the tangent of each clamp. Ends at one point leave the axis of a
+    clamp, or every axis (two rows) where both are pins. Held frames also need t1 = +t0: else the twist answers.
+    """
+    coincident = length <= PARALLEL
+    axis = chord / np.where(coincident, 1.0, length)[..., None]
+    start, end = (np.stack([np.cos(ends[..., i]), np.sin(ends[..., i])], axis=-1) for i in (0, 1))
+    one = np.ones_like(length, dtype=bool)
+    if start_clamped or end_clamped:
+        axis = np.where(coincident[..., None], start if start_clamped else end, axis)
+        free = one
+        for clamped, tangent in ((start_clamped, start), (end_clamped, end)):
+            if clamped:
+                free = free & (np.abs(axis[..., 0] * tangent[..., 1] - axis[..., 1] * tangent[..., 0]) <= PARALLEL)
+        if held:
+            free = free & (np.sum(start * end, axis=-1) > 0.0)
+        second = one & False
+    else:
+        axis = np.where(coincident[..., None], np.array([1.0, 0.0]), axis)
+        free, second = one, coincident
+    about = axis[..., :1] * sine - axis[..., 1:] * cosine
+    across = axis[..., :1] * cosine + axis[..., 1:] * sine
+    rows = [np.where(free[..., None], about, 0.0), np.where(second[..., None], across, 0.0)]
+    return [(row * space.weights) @ space.values for row in rows], free
+
+
+def least_eigenvalue(form: Array, rows: Array) -> Array:
+    """Least eigenvalue of symmetric matrices on the null space of a few rows.
+
+    Args:
+        form: Shape (..., m, m), symmetric.
+        rows: Shape (..., r, m); rows may be zero or depend on each other (a straight cable: sin(theta) = 0).
+
+    Returns:
+        Shape (...,).
+    """
+    basis: list[Array] = []
+    for i in range(rows.shape[-2]):
+        row = rows[..., i, :]
+        size = np.sqrt(np.sum(row * row, axis=-1))
+        for _ in range(2):  # twice is enough: the second pass removes what rounding left of the first
+            for unit in basis:
+                row = row - np.sum(row * unit, axis=-1)[..., None] * unit
+        left = np.sqrt(np.sum(row * row, axis=-1))
+        # A row that lost all but a few units of rounding depends on those before it; 1e-30 is zero itself.
+        good = left > np.maximum(1e-14 * size, 1e-30)
+        basis.append(np.where(good[..., None], row / np.where(good, left, 1.0)[..., None], 0.0))
+    unit = np.stack(basis, axis=-2)
+    across = np.swapaxes(unit, -1, -2)
+    image = form @ across
+    inner = unit @ image
+    # Lifted above everything else, the constrained directions cannot be the least.
+    lift = 1.0 + 2.0 * np.max(np.abs(np.diagonal(form, axis1=-2, axis2=-1)), axis=-1)[..., None, None]
+    lifted = inner + lift * np.eye(inner.shape[-1])
+    projected = form - image @ unit - across @ np.swapaxes(image, -1, -2) + across @ lifted @ unit
+    least: Array = np.linalg.eigvalsh((projected + np.swapaxes(projected, -1, -2)) / 2.0)[..., 0]
+    return least

@@ -1,0 +1,62 @@
+"""The straight cable: no excess length and ends that look at each other. Its solid is a cylinder."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+
+import numpy as np
+
+from cablecad.centreline import Array, Centreline, Line, Placement
+from cablecad.model import Cable, Clamp
+from cablecad.rod.plane import bulge_direction
+from cablecad.rod.solution import EndState, Equilibrium, RodSolution
+from cablecad.rod.stability import stability
+
+
+def solve_straight(cable: Cable, start: Array, end: Array, *, length: float, reason: str) -> RodSolution:
+    """The line from `start` to `end`, shape (3,) each [mm], of given `length` [mm]; no force, no moment."""
+    chord = float(np.linalg.norm(end - start))
+    axis = (end - start) / chord
+    piece = Line(Placement(start, axis, bulge_direction(axis, cable.bulge)), chord)
+    nothing = np.zeros(3)
+    supports = (cable.start_support, cable.end_support)
+    judged = partial(
+        stability,
+        np.zeros_like,
+        np.zeros_like,
+        (0.0, 0.0),
+        start_clamped=isinstance(supports[0], Clamp),
+        end_clamped=isinstance(supports[1], Clamp),
+    )
+    centreline = Centreline([piece])
+    line = Equilibrium(
+        winding=0,
+        side=0,
+        inflections=0,
+        branch="line",
+        energy_per_EI=0.0,
+        centreline=centreline,
+        start=EndState(start, axis, nothing, nothing),
+        end=EndState(centreline.position(chord)[0], axis, nothing, nothing),
+        judge=judged,
+        diameter=cable.diameter,
+    )
+    unmet = float(np.linalg.norm(line.end.position - end)) / chord
+    for support in supports:
+        if isinstance(support, Clamp):
+            direction = np.array(support.direction) / np.linalg.norm(support.direction)
+            unmet = max(unmet, math.atan2(float(np.linalg.norm(np.cross(direction, axis))), float(direction @ axis)))
+    return RodSolution(
+        cable=cable,
+        model="straight",
+        reason=reason,
+        equilibria=(line,),
+        index=0,
+        length=length,
+        chord=chord,
+        slack=(length - chord) / chord,
+        rise=0.0,
+        end_angle_deg=0.0,
+        residual=unmet,
+    )

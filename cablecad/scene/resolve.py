@@ -1,0 +1,234 @@
+"""Typed tables to model objects: what a cable's values demand of each other, and the names that tie a scene together.
+
+All mistakes are collected before an object is made of anything. The checks themselves belong to `cablecad.model`: here
+they are told what could not be read, and their mistakes get their place in the file.
+"""
+
+from __future__ import annotations
+
+import difflib
+import json
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+from cablecad.errors import Mistake, SceneError
+from cablecad.model import (
+    SHAPE_TOLERANCE,
+    Cable,
+    Clamp,
+    EquilibriumKey,
+    Material,
+    Part,
+    Pin,
+    Port,
+    Rotation,
+    Scene,
+    Toward,
+    Vector,
+    cable_mistakes,
+    material_mistakes,
+    scene_mistakes,
+)
+from cablecad.scene.schema import FORMAT, CableTable, EquilibriumTable, PartTable, StartTable, Table
+from cablecad.scene.tables import Place, Tables, given, read_tables
+
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]{1,64}")
+
+_ORIGIN: Vector = (0.0, 0.0, 0.0)
+_UP: Vector = (0.0, 0.0, 1.0)
+
+_Made = TypeVar("_Made")
+
+
+def resolve_scene(
+    data: dict[str, object], *, source: Path | None = None, found: Iterable[tuple[Place, Mistake]] = ()
+) -> Scene:
+    """Make the scene that raw data describe.
+
+    Args:
+        data: The top table of a scene file.
+        source: The file; the paths of parts begin in its folder.
+        found: Mistakes found before and their places, to be reported together with those found here.
+
+    Raises:
+        SceneError: All mistakes of `found` and of the data.
+    """
+    resolver = _Resolver(read_tables(data), found)
+    name = resolver.top.get("name", "scene")
+    tolerance = resolver.tolerance()
+    materials = resolver.materials()
+    parts = resolver.parts()
+    cables = resolver.cables(materials)
+    resolver.note((), scene_mistakes(name, tolerance, resolver.names["cables"], resolver.names["parts"]))
+    mistakes = resolver.mistakes()
+    if mistakes:
+        raise SceneError(mistakes, source=str(source or ""))
+    folder = source.parent if source is not None else Path()
+    return Scene(
+        name=name,
+        cables=tuple(Cable(**values) for values in cables),
+        parts=tuple(Part(**{**values, "step": folder / values["step"]}) for values in parts),
+        tolerance=tolerance,
+        source=source,
+    )
+
+
+class _Resolver:
+    """Resolves one scene table by table, and notes every mistake on the way.
+
+    After a mistake what a method returns serves further checks only.
+    """
+
+    def __init__(self, tables: Tables, found: Iterable[tuple[Place, Mistake]]) -> None:
+        self.tables = tables
+        self.top = given(tables.scene)
+        self.noted: list[tuple[Place, Mistake]] = [*found, *tables.mistakes]
+        self.names = {kind: self._names(kind) for kind in ("parts", "cables")}
+        counts = {kind: Counter(names) for kind, names in self.names.items()}
+        self.clear_names: dict[Place, str] = {
+            (kind, i): name
+            for kind, names in self.names.items()
+            for i, name in enumerate(names)
+            if name is not None and name.isprintable() and counts[kind][name] == 1
+        }
+        if "format" not in self.top and not tables.is_lost("format"):
+            self.note((), [Mistake("format", f"is missing; write format = {FORMAT} at the top of the file")])
+        elif self.top.get("format", FORMAT) != FORMAT:
+            problem = f"is not known here: write format = {FORMAT}, or use a cablecad that reads this one"
+            self.note((), [Mistake("format", problem, self.top["format"])])
+
+    def _names(self, kind: str) -> list[str | None]:
+        """The name of each part or cable, None where there is none to call it by."""
+        if self.tables.is_lost(kind):
+            return [None]
+        names = [given(table).get("name", "") for table in self.top.get(kind, ())]
+        return [name if name.strip() else None for name in names]
+
+    def note(self, place: Place, mistakes: Iterable[Mistake]) -> None:
+        """Keep mistakes whose paths begin at `place`."""
+        self.noted.extend((place, mistake) for mistake in mistakes)
+
+    def mistakes(self) -> list[Mistake]:
+        """All mistakes with their paths from the top: the scene's, then those of each material, part and cable."""
+        kinds = ("materials", "parts", "cables")
+
+        def rank(noted: tuple[Place, Mistake]) -> tuple[int, int]:
+            kind, index = (*noted[0], "", "")[:2]
+            return kinds.index(kind) if kind in kinds else -1, index if isinstance(index, int) else -1
+
+        return [mistake.under(self._path(place)) for place, mistake in sorted(self.noted, key=rank)]
+
+    def _path(self, place: Place) -> str:
+        """The dotted path of a place, by name through parts and cables where the name is clear."""
+        if len(place) > 1 and (name := self.clear_names.get(place[:2])) is not None:
+            place = (place[0], name, *place[2:])
+        return "".join(f"[{part}]" if isinstance(part, int) else f".{_as_key(part)}" for part in place)[1:]
+
+    def tolerance(self) -> float:
+        """The shape tolerance [mm]."""
+        shape = given(self.top["tolerance"]).get("shape") if "tolerance" in self.top else None
+        return SHAPE_TOLERANCE if shape is None else float(shape)
+
+    def materials(self) -> dict[str, Material | None]:
+        """The materials by name, None for one with mistakes."""
+        materials: dict[str, Material | None] = dict.fromkeys(self.tables.lost_at("materials"))
+        for name, table in self.top.get("materials", {}).items():
+            values, lost = given(table), self.tables.lost_at("materials", name)
+            problems = list(material_mistakes(values, lost))
+            self.note(("materials", name), problems)
+            materials[name] = None if problems or lost else Material(**values)
+        return materials
+
+    def parts(self) -> list[dict[str, Any]]:
+        """The values of each part."""
+        tables = enumerate(self.top.get("parts", ()))
+        return [self._part(table, ("parts", i)) for i, table in tables if not self.tables.is_lost("parts", i)]
+
+    def _part(self, table: PartTable, place: Place) -> dict[str, Any]:
+        values = given(table)
+        self._note_missing(table, place, name="write the part's name", step="write the path of the STEP file")
+        if "rotation" in values:
+            turn = (*place, "rotation")
+            self._note_missing(values["rotation"], turn, axis="write axis = [x, y, z]", angle_deg="write the angle")
+            values["rotation"] = self._made(Rotation, given(values["rotation"]), turn)
+        self._made(Part, {"name": "part", "step": "part.step", **values}, place)
+        return values
+
+    def cables(self, materials: Mapping[str, Material | None]) -> list[dict[str, Any]]:
+        """The values of each cable."""
+        tables = enumerate(self.top.get("cables", ()))
+        return [
+            self._cable(table, ("cables", i), materials) for i, table in tables if not self.tables.is_lost("cables", i)
+        ]
+
+    def _cable(self, table: CableTable, place: Place, materials: Mapping[str, Material | None]) -> dict[str, Any]:
+        values, lost = given(table), self.tables.lost_at(*place)
+        for key in ("start", "end"):
+            if key in values:
+                values[key] = self._end(values[key], (*place, key))
+        if isinstance(values.get("equilibrium"), EquilibriumTable):
+            values["equilibrium"] = self._made(EquilibriumKey, given(values["equilibrium"]), (*place, "equilibrium"))
+        if "material" in values:
+            name = values["material"]
+            values["material"] = materials.get(name)
+            if name not in materials and not self.tables.is_lost("materials"):
+                self.note(place, [Mistake("material", _unknown_material(name, materials), name)])
+        lost |= {key for key, value in values.items() if value is None}
+        self.note(place, cable_mistakes(values, lost))
+        return values
+
+    def _end(self, table: StartTable, place: Place) -> Clamp | Pin | Port | Toward | None:
+        """The support at an end, or one of its kind where it has mistakes; None where not even its kind is clear."""
+        values, lost = given(table), self.tables.lost_at(*place)
+        there = values.keys() | lost
+        axes = [key for key in ("outward", "direction") if key in there]
+        if "toward" in there:
+            others = [key for key in ("position", *axes, "straight") if key in there]
+            if others:
+                problem = f"goes with no other key: leave out toward, or leave out {' and '.join(others)}"
+                self.note(place, [Mistake("toward", problem, values.get("toward", ...))])
+                return None
+            return self._made(Toward, {"direction": values.get("toward", _UP)}, place) or Toward(_UP)
+        if "position" not in there:
+            other = "; or toward = [x, y, z], pinned at both ends" if place[-1] == "end" else ""
+            self.note(place, [Mistake("position", f"is missing; write position = [x, y, z]{other}")])
+        if len(axes) == 2:
+            problem = "give either outward or direction, and not both"
+            self.note(place, [Mistake("direction", problem, values.get("direction", ...))])
+            values.pop("direction", None)
+        values = {"position": _ORIGIN, **dict.fromkeys(axes[:1], _UP), **values}
+        if "direction" in values:
+            return self._made(Clamp, values, place) or Clamp(_ORIGIN, _UP)
+        port = self._made(Port, values, place) or Port(_ORIGIN, _UP if axes else None)
+        return port if axes else Pin(port.position)
+
+    def _made(self, kind: type[_Made], values: Mapping[str, Any], place: Place) -> _Made | None:
+        """An object of the model, or None where its values are mistaken."""
+        try:
+            return kind(**values)
+        except SceneError as error:
+            self.note(place, error.mistakes)
+            return None
+
+    def _note_missing(self, table: Table, place: Place, **fixes: str) -> None:
+        there = given(table).keys() | self.tables.lost_at(*place)
+        self.note(place, [Mistake(key, f"is missing; {fix}") for key, fix in fixes.items() if key not in there])
+
+
+def _unknown_material(name: str, materials: Iterable[str]) -> str:
+    known = list(materials)
+    near = difflib.get_close_matches(name, known, n=1)
+    if near:
+        return f"no such material; did you mean {near[0]!r}?"
+    return f"no such material; the file has {', '.join(known) or f'none: write [materials.{_as_key(name)}]'}"
+
+
+def _as_key(text: str) -> str:
+    """A key as it stands in a dotted path, quoted where TOML would and cut where it is beyond reading."""
+    if _BARE_KEY.fullmatch(text):
+        return text
+    short = text if len(text) <= 64 else f"{text[:61]}..."
+    return json.dumps(short, ensure_ascii=not short.isprintable())

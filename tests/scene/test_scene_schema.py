@@ -1,0 +1,175 @@
+"""The JSON Schema: it says every key with its unit, takes what `load_scene` takes, and refuses typical mistakes."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+
+import jsonschema
+import pytest
+from test_scene_load import FULL, LEAST
+from test_scene_mistakes import BAD, cable, part, pinned
+
+from cablecad.errors import SceneError
+from cablecad.model import RANGES, Cable, Material, Part, Rotation
+from cablecad.scene import parse_scene, scene_schema
+from cablecad.scene.starter import starter_scene
+
+SCHEMA = scene_schema()
+TABLES = {"Scene": SCHEMA, **SCHEMA["$defs"]}
+KEYS = [(table, key) for table, schema in TABLES.items() for key in schema["properties"]]
+
+# What no schema can say: what ties one place of a file to another, and the numbers JSON cannot hold or tell apart.
+BEYOND = {
+    "together: unknown material",
+    "together: unknown material, nothing near",
+    "together: no materials",
+    "together: one name twice",
+    "together: a part's name on a cable",
+    "together: toward from a clamp",
+    "together: shortest toward",
+    "together: length and slack",
+    "together: data of a pinned cable on a clamped one",
+    "missing: the second datum",
+    "missing: a datum with a scale",
+    "missing: format 1.0",
+    "type: equilibrium 1.0",
+    "type: a whole number beyond a double",
+    "type: a whole number no decimal can show",
+    "value: a null in step",
+    "type: nan",
+    "type: infinity",
+    "type: beyond a double",
+    "type: length infinite",
+}
+
+
+@pytest.fixture(scope="module")
+def validator():
+    jsonschema.Draft202012Validator.check_schema(SCHEMA)
+    return jsonschema.Draft202012Validator(SCHEMA)
+
+
+def test_it_is_json_of_its_own():
+    first = scene_schema()
+    assert json.loads(json.dumps(first)) == first
+    first["properties"].clear()
+    assert scene_schema()["properties"]
+
+
+def test_every_table_is_closed_and_described():
+    for schema in TABLES.values():
+        assert schema["additionalProperties"] is False
+        assert schema["title"]
+        assert schema["description"]
+
+
+@pytest.mark.parametrize(("table", "key"), KEYS)
+def test_every_key_is_described_with_its_unit_and_an_example(table, key, validator):
+    schema = TABLES[table]["properties"][key]
+    (example,) = schema["examples"]
+    resolved = {"$defs": SCHEMA["$defs"], **schema}
+    jsonschema.Draft202012Validator(resolved).validate(example)
+    if schema.get("type") in ("number", "array") and "$ref" not in schema.get("items", {}):
+        units = ("[mm]", "[MPa]", "[N mm^2]", "[kg/m]", "[N]", "[degrees]", "(dimensionless)")
+        assert sum(unit in schema["description"] for unit in units) == 1
+    assert schema["description"].endswith((".", "."))
+    assert "default" not in schema or schema["default"] is not None
+
+
+def test_keys_are_those_of_the_model():
+    fields = {name: set(kind.__slots__) for name, kind in (("Cable", Cable), ("Part", Part), ("Material", Material))}
+    fields["Rotation"] = set(Rotation.__slots__)
+    for name, keys in fields.items():
+        assert set(TABLES[f"{name}Table"]["properties"]) == keys
+
+
+@pytest.mark.parametrize("text", [FULL, LEAST, starter_scene(), cable(), pinned(), part("name='a'\nstep='b'")])
+def test_it_accepts_valid_scenes(text, validator):
+    parse_scene(text)
+    validator.validate(tomllib.loads(text))
+
+
+@pytest.mark.parametrize("name", sorted(set(BAD) - BEYOND))
+def test_it_rejects_bad_scenes(name, validator):
+    assert not validator.is_valid(tomllib.loads(BAD[name][0]))
+
+
+@pytest.mark.parametrize("name", sorted(BEYOND))
+def test_it_lets_through_only_what_no_schema_can_say(name, validator):
+    assert validator.is_valid(tomllib.loads(BAD[name][0]))
+
+
+END = {"position": [0, 120, 0]}
+
+
+@pytest.mark.parametrize(
+    ("end", "fits"),
+    [
+        (END, True),
+        (END | {"straight": 0}, True),
+        (END | {"straight": 5}, False),
+        (END | {"outward": [0, 0, 1], "straight": 5}, True),
+        (END | {"direction": [0, 0, -1], "straight": 5}, True),
+        (END | {"outward": [0, 0, 1], "direction": [0, 0, -1]}, False),
+        (END | {"outward": [0, 0, 0]}, False),
+        (END | {"toward": [0, 1, 0]}, False),
+        ({"toward": [0, 1, 0]}, True),
+        ({"toward": [0, 1, 0], "straight": 0}, False),
+        ({"outward": [0, 1, 0]}, False),
+        ({}, False),
+    ],
+)
+def test_ends_agree_with_the_loader(end, fits, validator):
+    scene = tomllib.loads(pinned(rise="30"))
+    del scene["cables"][0]["rise"]
+    scene["cables"][0]["end"] = end
+    if "toward" in end:
+        scene["cables"][0]["rise"] = 30
+    if fits:
+        parse_scene(json.dumps(scene))
+    else:
+        with pytest.raises(SceneError):
+            parse_scene(json.dumps(scene))
+    assert validator.is_valid(scene) == fits
+
+
+def numbers_around(key: str) -> list[tuple[float, bool]]:
+    above, least, below, most = RANGES[key]
+    tries = []
+    for bound, belongs, step in ((above, False, 1), (least, True, 1), (below, False, -1), (most, True, -1)):
+        if bound is not None:
+            tries += [(bound, belongs), (bound + 0.01 * step, True), (bound - 0.01 * step, False)]
+    return tries
+
+
+@pytest.mark.parametrize(("key", "value", "fits"), [(key, *row) for key in RANGES for row in numbers_around(key)])
+def test_ranges_of_schema_and_loader_are_one(key, value, fits, validator):
+    scene = tomllib.loads(pinned(head="[materials.pvc]\n", material='"pvc"'))
+    (wire,), pvc = scene["cables"], scene["materials"]["pvc"]
+    pvc["bending_stiffness" if key in ("bending_stiffness", "torsional_stiffness") else "youngs_modulus"] = 5.0
+    if key == "straight":
+        wire["end"] |= {"outward": [0, 0, 1], "straight": value}
+    elif key in TABLES["MaterialTable"]["properties"]:
+        pvc[key] = value
+    else:
+        if key == "slack":
+            del wire["length"]
+        wire[key] = value
+    if fits:
+        parse_scene(json.dumps(scene))
+    else:
+        with pytest.raises(SceneError, match=rf"{key} = "):
+            parse_scene(json.dumps(scene))
+    assert validator.is_valid(scene) == fits
+
+
+@pytest.mark.parametrize(("shape", "fits"), [(1e-9, True), (0.9e-9, False), (0, False), (5, True)])
+def test_tolerance_floor_is_in_both(shape, fits, validator):
+    text = LEAST + f"[tolerance]\nshape = {shape}\n"
+    if fits:
+        parse_scene(text)
+    else:
+        with pytest.raises(SceneError, match=r"tolerance\.shape"):
+            parse_scene(text)
+    assert validator.is_valid(tomllib.loads(text)) == fits

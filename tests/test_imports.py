@@ -1,0 +1,68 @@
+"""What is loaded when: each figure taken in a process of its own."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+HEAVY = ["OCP", "numpy", "scipy", "pydantic", "rich"]
+
+
+def loaded_after(code: str, tmp_path) -> set[str]:
+    """Which of the heavy packages a piece of code loads."""
+    report = f"import sys, json; {code}; print(json.dumps([n for n in {HEAVY!r} if n in sys.modules]))"
+    done = subprocess.run([sys.executable, "-c", report], capture_output=True, text=True, check=True, cwd=tmp_path)
+    return set(json.loads(done.stdout.splitlines()[-1]))
+
+
+def test_import_cablecad_loads_nothing_heavy(tmp_path) -> None:
+    assert loaded_after("import cablecad", tmp_path) == set()
+
+
+def test_cable_objects_need_nothing_heavy(tmp_path) -> None:
+    code = "import cablecad as cc; cc.Cable('a', 1.0, cc.Pin((0, 0, 0)), cc.Pin((1, 0, 0)), length=2.0)"
+    assert loaded_after(code, tmp_path) == set()
+
+
+def test_python_solve_needs_numpy_only(tmp_path) -> None:
+    code = (
+        "import cablecad as cc; "
+        "cc.solve(cc.Cable('a', 1.0, cc.Pin((0, 0, 0)), cc.Pin((1, 0, 0)), length=2.0)).self_gap"
+    )
+    assert loaded_after(code, tmp_path) == {"numpy"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "heavy"),
+    [
+        (["--help"], set()),
+        (["build", "--help"], set()),
+        (["schema"], {"pydantic"}),
+        (["new", "scene.toml"], {"pydantic"}),
+        (["solve", "scene.toml", "--json"], {"pydantic", "numpy"}),
+    ],
+)
+def test_commands_load_what_they_need(arguments: list[str], heavy: set[str], tmp_path) -> None:
+    from cablecad.scene import starter_scene
+
+    if arguments[0] != "new":
+        (tmp_path / "scene.toml").write_text(starter_scene())
+    code = (
+        f"import cablecad.cli\ntry:\n    cablecad.cli.main({arguments!r})\nexcept SystemExit as end:\n"
+        "    assert not end.code, end.code\n"
+    )
+    report = f"{code}import sys, json\nprint(json.dumps([n for n in {HEAVY!r} if n in sys.modules]))"
+    done = subprocess.run([sys.executable, "-c", report], capture_output=True, text=True, check=True, cwd=tmp_path)
+    assert set(json.loads(done.stdout.splitlines()[-1])) <= heavy
+
+
+def test_public_names_exist() -> None:
+    import cablecad
+
+    for name in cablecad.__all__:
+        assert getattr(cablecad, name) is not None
+    with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
+        cablecad.nonsense  # noqa: B018 - the access is the test
