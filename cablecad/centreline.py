@@ -64,6 +64,10 @@ class Curve(Protocol):
         """Derivatives 0..order of (k1, k2) at `s`, shape (order + 1, n, 2) [1/mm^(1 + order)]."""
         ...
 
+    def greatest_curvature(self) -> tuple[float, float]:
+        """The greatest |curvature| [1/mm] and the arclength where it stands [mm]."""
+        ...
+
 
 class Piece(Protocol):
     """One smooth stretch of a centreline, by its own arclength from 0 to `length`."""
@@ -153,6 +157,21 @@ class Arc:
         return abs(self.kappa), self.length / 2.0
 
 
+def locate(s: ArrayLike, breaks: Array, side: Side) -> tuple[Array, NDArray[np.intp]]:
+    """Arclengths checked and clipped, shape (n,), and the number of the piece each belongs to seen from `side`.
+
+    Raises:
+        ValueError: An arclength outside the breaks by more than rounding, or not a number.
+    """
+    at = np.atleast_1d(np.asarray(s, dtype=np.float64)).ravel()
+    length = float(breaks[-1])
+    beyond = 1e-12 * length  # the rounding of a caller's own sums
+    if not np.all((at >= -beyond) & (at <= length + beyond)):
+        raise ValueError(f"arclengths must be within 0 and {length!r} mm; got {at.min()!r} to {at.max()!r}")
+    at = np.clip(at, 0.0, length)
+    return at, np.clip(np.searchsorted(breaks, at, side=side) - 1, 0, len(breaks) - 2)
+
+
 class Centreline:
     """An ordered list of smooth pieces that meet with one tangent and one frame.
 
@@ -182,21 +201,11 @@ class Centreline:
             gap = float(np.linalg.norm(a.position - b.position))
             reach = self.length + float(np.abs(a.position).max())
             turn = max(float(np.linalg.norm(getattr(a, v) - getattr(b, v))) for v in ("tangent", "normal"))
-            if gap > JOINT_TOLERANCE * reach or turn > JOINT_TOLERANCE:
+            if not (gap <= JOINT_TOLERANCE * reach and turn <= JOINT_TOLERANCE):  # a NaN does not join either
                 raise GeometryError(
                     f"pieces {i} and {i + 1} of the centreline do not join at s = {self.breaks[i + 1]:g} mm: "
                     f"gap {gap:.3g} mm, frames turned by {turn:.3g} rad; give them one end and one frame"
                 )
-
-    def _split(self, s: ArrayLike, side: Side) -> tuple[Array, NDArray[np.intp]]:
-        """`s` as a checked array, and the index of the piece each arclength belongs to seen from `side`."""
-        at = np.atleast_1d(np.asarray(s, dtype=np.float64)).ravel()
-        beyond = 1e-12 * self.length  # the rounding of a caller's own sums
-        if not np.all((at >= -beyond) & (at <= self.length + beyond)):
-            raise ValueError(f"arclengths must be within 0 and {self.length!r} mm; got {at.min()!r} to {at.max()!r}")
-        at = np.clip(at, 0.0, self.length)
-        index = np.searchsorted(self.breaks, at, side=side) - 1
-        return at, np.clip(index, 0, len(self.pieces) - 1)
 
     def frames(self, s: ArrayLike, side: Side = "right") -> Frames:
         """Positions and frames at arclengths.
@@ -211,7 +220,7 @@ class Centreline:
         Raises:
             ValueError: An arclength outside 0..length, or not a number.
         """
-        at, index = self._split(s, side)
+        at, index = locate(s, self.breaks, side)
         if len(self.pieces) == 1:
             return self.pieces[0].frames(at)
         result = Frames(*(np.empty((len(at), 3)) for _ in range(4)))
@@ -234,7 +243,7 @@ class Centreline:
         Returns:
             Shape (order + 1, n, 2) [1/mm^(1 + derivative)].
         """
-        at, index = self._split(s, side)
+        at, index = locate(s, self.breaks, side)
         result = np.empty((order + 1, len(at), 2))
         for i, piece in enumerate(self.pieces):
             own = index == i

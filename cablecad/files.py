@@ -18,7 +18,7 @@ import os
 import stat
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
@@ -67,33 +67,24 @@ def replacing(path: str | PathLike[str]) -> Iterator[Path]:
             no space; also for such errors of the block itself. All other exceptions pass.
     """
     shown = os.fspath(path)
-    ours = {shown}
-    try:
+    with _explained(shown):
         found = _target(shown)
-        if found is None:
-            yield Path(shown)
-            return
-        target, status = found
-        aside, handle = _open_aside(target)
-        ours |= {str(aside), str(target)}
-        try:
+        aside, handle = (Path(shown), None) if found is None else _open_aside(found[0])
+    try:
+        with _explained(shown, {shown, str(aside)}):
             yield aside
-            _settle(aside, status)
-            aside.replace(target)
-        except BaseException:
+            if found is not None:
+                target, status = found
+                _settle(aside, status)
+                aside.replace(target)
+    except BaseException:
+        if found is not None:
             with contextlib.suppress(OSError):
                 aside.unlink()
-            raise
-        finally:
-            if handle is not None:
-                os.close(handle)
-    except ExchangeError:
         raise
-    except OSError as error:
-        if error.filename is not None and str(error.filename) not in ours:
-            raise  # the block's own business
-        remedy = _REMEDIES.get(error.errno or 0, f"{error.strerror or error}; check the path, or write elsewhere")
-        raise ExchangeError(f"{shown} cannot be written: {remedy}") from error
+    finally:
+        if handle is not None:
+            os.close(handle)
 
 
 def write_bytes(path: str | PathLike[str], data: bytes) -> None:
@@ -112,6 +103,20 @@ def same_file(one: str | PathLike[str], other: str | PathLike[str]) -> bool:
         return Path(one).samefile(other)
     except (OSError, ValueError):
         return os.path.normcase(os.path.realpath(one)) == os.path.normcase(os.path.realpath(other))
+
+
+@contextmanager
+def _explained(shown: str, ours: Collection[str] | None = None) -> Iterator[None]:
+    """Turn the system's errors into ours; only those about files among `ours`, or about none, if that is given."""
+    try:
+        yield
+    except ExchangeError:
+        raise
+    except OSError as error:
+        if ours is not None and error.filename is not None and str(error.filename) not in ours:
+            raise
+        remedy = _REMEDIES.get(error.errno or 0, f"{error.strerror or error}; check the path, or write elsewhere")
+        raise ExchangeError(f"{shown} cannot be written: {remedy}") from error
 
 
 def _target(shown: str) -> tuple[Path, os.stat_result | None] | None:
@@ -133,7 +138,8 @@ def _target(shown: str) -> tuple[Path, os.stat_result | None] | None:
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), shown)
     if not stat.S_ISREG(status.st_mode):
         return None
-    if not os.access(shown, os.W_OK):  # a rename would not ask
+    # A rename would not ask whether the file may be written.
+    if not os.access(shown, os.W_OK, effective_ids=os.access in os.supports_effective_ids):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), shown)
     return target, status
 

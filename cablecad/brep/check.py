@@ -1,4 +1,7 @@
-"""What a solid is worth, measured on the solid itself: validity, volume, area, and the room it keeps from itself."""
+"""What a solid is worth, measured on the solid itself: validity, volume, area.
+
+None of them sees a tube that cuts into itself: that is for `cablecad.self_gap` to find, on the centreline.
+"""
 
 from __future__ import annotations
 

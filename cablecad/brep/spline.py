@@ -21,12 +21,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import BSpline, make_interp_spline
 
-from cablecad.centreline import Array, Centreline, Frames, Line, Side
+from cablecad.centreline import Array, Centreline, Frames, Line, Side, locate
 from cablecad.errors import GeometryError
 
 DEGREE = 5
@@ -37,11 +38,20 @@ QUINTIC_ERROR = (31.0 / 32.0 + 1.0) / 42.0 / 720.0
 SAMPLES_A_SPAN = 16
 """Where the deviation is measured: the error of a span has one crest, in its middle, which 16 points find to 1 %."""
 
-_ANGLES = np.linspace(0.0, 2.0 * math.pi, 16, endpoint=False)
-"""Where around the circle the deviation is measured; it is a cosine there, of which 16 points find the crest to 2 %."""
+_ANGLES = np.linspace(0.0, 2.0 * math.pi, 64, endpoint=False)
+"""Where around the circle the deviation is measured: its square has two waves at most, whose crest 64 points find to
+0.5 %."""
 
-_DENSITY_SAMPLES = 257
-"""Where the sixth derivative is taken to spread the knots; an elastica has few features in its length."""
+_WAVES = np.stack([np.ones(64), np.cos(_ANGLES), np.sin(_ANGLES), np.cos(2.0 * _ANGLES), np.sin(2.0 * _ANGLES)])
+
+_BLOCK = 8192
+"""Samples measured at once: 4 MB for all angles, whatever the number of spans."""
+
+_SAMPLED = 0.985
+"""Share of the tolerance the sampled deviation may reach, for the crests between the samples."""
+
+_DENSITY_SAMPLES, _DENSITY_SAMPLES_A_RADIAN = 257, 4.0
+"""Where the sixth derivative is taken to spread the knots: in a gentle piece, and a radian of the tightest bend."""
 
 _LEAST_DENSITY = 0.2
 """Least density of knots against the greatest: neighbouring spans stay of like length, and no feature is skipped."""
@@ -159,8 +169,7 @@ class FittedCentreline:
         return best
 
     def _frames_and_bend(self, s: ArrayLike, side: Side) -> tuple[Frames, Array]:
-        at = np.atleast_1d(np.asarray(s, dtype=np.float64)).ravel()
-        index = np.clip(np.searchsorted(self.breaks, at, side=side) - 1, 0, len(self.pieces) - 1)
+        at, index = locate(s, self.breaks, side)
         frames, bend = Frames(*(np.empty((len(at), 3)) for _ in range(4))), np.empty((len(at), 2))
         for i, piece in enumerate(self.pieces):
             own = index == i
@@ -187,7 +196,8 @@ def _frames_and_bend(piece: Line | FittedPiece, s: Array) -> tuple[Frames, Array
 
 
 def _dot(a: Array, b: Array) -> Array:
-    return np.einsum("ni,ni->n", a, b)
+    products: Array = np.einsum("ni,ni->n", a, b)
+    return products
 
 
 def fit_centreline(centreline: Centreline, radius: float, *, tolerance: float) -> FittedCentreline:
@@ -205,7 +215,7 @@ def fit_centreline(centreline: Centreline, radius: float, *, tolerance: float) -
     Raises:
         GeometryError: The tolerance cannot be kept: below rounding, or more than 100 000 spans.
     """
-    pieces = []
+    pieces: list[Line | FittedPiece] = []
     for start, piece in zip(centreline.breaks, centreline.pieces, strict=False):
         if isinstance(piece, Line):
             pieces.append(piece)
@@ -223,7 +233,7 @@ def _fit_piece(piece: Centreline, radius: float, tolerance: float, start: float)
     while spans <= _MOST_SPANS:
         knots = np.interp(np.linspace(0.0, share[-1], spans + 1), share, s / piece.length)
         fitted = _interpolate(piece, radius, knots)
-        if fitted.deviation <= tolerance:
+        if fitted.deviation <= _SAMPLED * tolerance:
             return fitted
         if fitted.deviation > 0.7 * least and spans > 64:
             # More knots stopped helping: the error is rounding, not interpolation.
@@ -234,14 +244,15 @@ def _fit_piece(piece: Centreline, radius: float, tolerance: float, start: float)
         least = min(least, fitted.deviation)
         spans = math.ceil(spans * min(4.0, max(1.1, (fitted.deviation / (_AIM * tolerance)) ** (1.0 / 6.0))))
     raise GeometryError(
-        f"the piece of the centreline at s = {start:g} mm needs more than {_MOST_SPANS} spans to keep {tolerance:g} mm; "
-        "ask for a larger tolerance"
+        f"the piece of the centreline at s = {start:g} mm needs more than {_MOST_SPANS} spans to keep "
+        f"{tolerance:g} mm; ask for a larger tolerance"
     )
 
 
 def _knot_density(piece: Centreline, radius: float) -> tuple[Array, Array]:
     """Arclengths and the density of knots that spreads the interpolation error evenly [1/mm]."""
-    s = np.linspace(0.0, piece.length, _DENSITY_SAMPLES)
+    turning = piece.greatest_curvature()[0] * piece.length
+    s = np.linspace(0.0, piece.length, max(_DENSITY_SAMPLES, math.ceil(_DENSITY_SAMPLES_A_RADIAN * turning)))
     along, normal, binormal = (_derivatives(piece, s, axis, 6 - (axis == 0)) for axis in range(3))
     sixth = np.linalg.norm(along, axis=1) + radius * np.hypot(
         np.linalg.norm(normal, axis=1), np.linalg.norm(binormal, axis=1)
@@ -249,7 +260,8 @@ def _knot_density(piece: Centreline, radius: float) -> tuple[Array, Array]:
     density = sixth ** (1.0 / 6.0)
     # A knot needs its neighbours: take the greatest nearby, so that no sharp drop stands beside a crest.
     density = np.max([np.roll(np.pad(density, 8, mode="edge"), shift)[8:-8] for shift in (-8, -4, 0, 4, 8)], axis=0)
-    return s, np.maximum(density, _LEAST_DENSITY * density.max())
+    # An arc of no curvature has no sixth derivative anywhere: its few knots are spread evenly.
+    return s, np.maximum(density, max(_LEAST_DENSITY * density.max(), 1e-9 / piece.length))
 
 
 def _derivatives(piece: Centreline, s: Array, axis: int, order: int) -> Array:
@@ -288,13 +300,21 @@ def _interpolate(piece: Centreline, radius: float, knots: Array) -> FittedPiece:
     first = np.hstack([tangent, -k1[0] * tangent, -k2[0] * tangent]) * length
     second = np.hstack([bend, -k1[1] * tangent - k1[0] * bend, -k2[1] * tangent - k2[0] * bend]) * length**2
     columns = np.hstack([frames.position, frames.normal, frames.binormal])
-    conditions = [[(1, first[i]), (2, second[i])] for i in range(2)]
-    spline = make_interp_spline(knots, columns, k=DEGREE, bc_type=(conditions[0], conditions[1]))
-    at = _samples(knots)
-    exact = piece.frames(at * length)
-    error = spline(at) - np.hstack([exact.position, exact.normal, exact.binormal])
-    off = error[:, None, :3] + radius * (
-        np.cos(_ANGLES)[:, None] * error[:, None, 3:6] + np.sin(_ANGLES)[:, None] * error[:, None, 6:]
-    )
-    deviation = float(np.sqrt(np.einsum("nai,nai->na", off, off).max()))
+    conditions: Any = tuple([(1, first[i]), (2, second[i])] for i in range(2))
+    spline = make_interp_spline(knots, columns, k=DEGREE, bc_type=conditions)
+    samples = _samples(knots)
+    blocks = np.split(samples, range(_BLOCK, len(samples), _BLOCK))
+    deviation = max(_deviation(spline(at), piece.frames(at * length), radius) for at in blocks)
     return FittedPiece(length, knots, spline.c, deviation, position, tangent, normal)
+
+
+def _deviation(columns: Array, exact: Frames, radius: float) -> float:
+    """Greatest distance [mm] of points of the side at some stations, (position, normal, binormal), from the exact ones.
+
+    With the errors p, n, b of position, normal and binormal its square is |p + r (n cos(u) + b sin(u))|^2.
+    """
+    p, n, b = np.split(columns - np.hstack([exact.position, exact.normal, exact.binormal]), 3, axis=1)
+    n, b = radius * n, radius * b
+    nn, bb = _dot(n, n) / 2.0, _dot(b, b) / 2.0
+    waves = np.stack([_dot(p, p) + nn + bb, 2.0 * _dot(p, n), 2.0 * _dot(p, b), nn - bb, _dot(n, b)], axis=1)
+    return math.sqrt(max(float((waves @ _WAVES).max()), 0.0))

@@ -80,6 +80,9 @@ _STATUS = {
     IFSelect_ReturnStatus.IFSelect_RetFail: "the text is no STEP",
 }
 
+_SHAPE_PACKAGES = ("StepShape", "StepGeom")
+"""Of Open Cascade: the entities that make shapes. Others, such as annotations, fail in many sound files."""
+
 _LAST_TIME = 253402300799  # 9999-12-31T23:59:59, the last second a STEP file can tell
 
 
@@ -172,15 +175,16 @@ def _warnings(reader: STEPCAFControl_Reader, document: Document) -> Iterator[str
         checks.Start()
         while checks.More():
             check = checks.Value()
-            if check.NbFails():
-                kind = type(check.Entity()).__name__.rpartition("_")[2]
+            package, _, kind = type(check.Entity()).__name__.partition("_")
+            # A representation fails over any of its items, which may be an annotation.
+            if check.NbFails() and package in _SHAPE_PACKAGES and not kind.endswith("Representation"):
                 failed.setdefault(checks.Number(), f"{kind}: {check.Fail(1).ToCString().strip()}")
             checks.Next()
     if failed:
         first = min(failed)
         yield (
-            f"{len(failed)} of its entities could not be read, and what is made of them is missing; the first is the "
-            f"{first}th, {failed[first]}; {_REEXPORT}"
+            f"{len(failed)} of its entities could not be read, and what is made of them is missing; the first is "
+            f"entity {first} of the file, {failed[first]}; {_REEXPORT}"
         )
     hollow = document.hollow_products()
     if hollow:

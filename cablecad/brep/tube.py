@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from OCP.BRep import BRep_Builder
@@ -242,7 +242,7 @@ def _circle_parameter_poles(spans: int) -> tuple[Array, Array, Array]:
     t = (1.0 + np.tan(psi / 2.0) / slope) / 2.0
     first = 0.25 / slope / math.cos(beta / 2.0) ** 2
     second = first * math.tan(beta / 2.0)
-    conditions = ([(1, first), (2, -second)], [(1, first), (2, second)])
+    conditions: Any = ([(1, first), (2, -second)], [(1, first), (2, second)])
     arc = make_interp_spline(psi, t, k=DEGREE, bc_type=conditions).c
     poles = np.concatenate([(arc[0 if i == 0 else 1 :] + i) / 3.0 for i in range(3)])
     knots = np.concatenate([psi[0 if i == 0 else 1 :] + beta + 2.0 * beta * i for i in range(3)])

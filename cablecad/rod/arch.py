@@ -21,7 +21,7 @@ from functools import cached_property
 from itertools import pairwise
 
 from cablecad.errors import InfeasibleError, Mistake, SceneError
-from cablecad.rod.elliptic import complete_d, complete_e, complete_k
+from cablecad.rod.elliptic import complete_2e_minus_k, complete_d, complete_e, complete_k
 
 AGREEMENT = 1e-6
 """Data beyond the two that are needed must agree with them to this part: looser than any figure a person copies with
@@ -96,7 +96,7 @@ class Arch:
             case "length":
                 return 2.0 * self.K
             case "chord":
-                return 2.0 * self.K * (1.0 - self.excess_ratio) if self.excess_ratio < 0.5 else 4 * self.E - 2 * self.K
+                return 2.0 * float(complete_2e_minus_k(self.m, self.m1))
             case "rise":
                 return 2.0 * self.k
             case "bend_radius":

@@ -1,0 +1,50 @@
+"""The vocabulary: what a scene is made of, as frozen dataclasses that know no mechanics and no CAD.
+
+Units: mm, N, MPa, N mm^2; degrees in names ending ``_deg``. Every object checks itself when it is made and raises
+`SceneError` with all of its mistakes at once.
+"""
+
+from cablecad.model.cable import LENGTH_DATA, PINNED_DATA, Cable, EquilibriumKey, cable_mistakes
+from cablecad.model.ends import Clamp, Pin, Port, Toward
+from cablecad.model.scene import (
+    LEAST_TOLERANCE,
+    SHAPE_TOLERANCE,
+    Part,
+    Rotation,
+    Scene,
+    name_mistakes,
+    scene_mistakes,
+    tolerance_floor,
+    tolerance_mistakes,
+)
+from cablecad.model.section import Material, Section, material_mistakes
+from cablecad.model.values import COLOR, RANGES, Range, Vector, unit
+
+__all__ = [
+    "COLOR",
+    "LEAST_TOLERANCE",
+    "LENGTH_DATA",
+    "PINNED_DATA",
+    "RANGES",
+    "SHAPE_TOLERANCE",
+    "Cable",
+    "Clamp",
+    "EquilibriumKey",
+    "Material",
+    "Part",
+    "Pin",
+    "Port",
+    "Range",
+    "Rotation",
+    "Scene",
+    "Section",
+    "Toward",
+    "Vector",
+    "cable_mistakes",
+    "material_mistakes",
+    "name_mistakes",
+    "scene_mistakes",
+    "tolerance_floor",
+    "tolerance_mistakes",
+    "unit",
+]

@@ -1,0 +1,151 @@
+"""A scene: cables and the rigid parts beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from os import PathLike, fspath
+from pathlib import Path
+
+from cablecad.errors import Mistake
+from cablecad.model.cable import Cable
+from cablecad.model.values import POSITIVE, Checked, Vector, as_vector, number_mistakes, text_mistakes, vector_mistakes
+
+SHAPE_TOLERANCE = 1e-3
+"""Default bound on the distance between a solid's side and the exact tube [mm]."""
+
+LEAST_TOLERANCE = 1e-9
+"""No tolerance below this is accepted [mm]; far from the origin `tolerance_floor` is higher."""
+
+
+def tolerance_floor(reach: float) -> float:
+    """The least tolerance double precision can keep [mm], `reach` being |position| + length of the cable [mm]."""
+    return max(LEAST_TOLERANCE, 2e-14 * reach)
+
+
+@dataclass(frozen=True, slots=True)
+class Rotation(Checked):
+    """A turn about an axis through the origin.
+
+    Attributes:
+        axis: Of any length but zero.
+        angle_deg: Right-handed about the axis [degrees].
+    """
+
+    axis: Vector = (0.0, 0.0, 1.0)
+    angle_deg: float = 0.0
+
+    def __post_init__(self) -> None:
+        self._set(axis=as_vector(self.axis))
+        super(Rotation, self).__post_init__()
+
+    def _mistakes(self) -> Iterator[Mistake]:
+        yield from vector_mistakes("axis", self.axis, axis=True)
+        yield from number_mistakes("angle_deg", self.angle_deg)
+
+
+@dataclass(frozen=True, slots=True)
+class Part(Checked):
+    """A rigid part read from a STEP file; its point x goes to rotation * x + position.
+
+    Attributes:
+        name: Unique in a scene.
+        step: Path of the STEP file.
+        position: [mm].
+        rotation: Turn about the part's origin, made before the move.
+    """
+
+    name: str
+    step: Path
+    position: Vector = (0.0, 0.0, 0.0)
+    rotation: Rotation = Rotation()
+
+    def __init__(
+        self,
+        name: str,
+        step: str | PathLike[str],
+        position: Vector = (0.0, 0.0, 0.0),
+        rotation: Rotation | None = None,
+    ) -> None:
+        self._set(
+            name=name,
+            step=Path(fspath(step)),
+            position=as_vector(position),
+            rotation=rotation if rotation is not None else Rotation(),
+        )
+        self.__post_init__()
+
+    def _mistakes(self) -> Iterator[Mistake]:
+        yield from text_mistakes("name", self.name)
+        if self.step == Path() or "\0" in str(self.step):
+            yield Mistake("step", "must be the path of a STEP file", self.step)
+        yield from vector_mistakes("position", self.position)
+
+
+@dataclass(frozen=True, slots=True)
+class Scene(Checked):
+    """Cables and the rigid parts beside them.
+
+    Attributes:
+        name: Of the assembly that is written.
+        cables: In the order of the file.
+        parts: In the order of the file.
+        tolerance: Bound on the distance between a solid's side and the exact tube [mm].
+        source: The file it came from, or None.
+    """
+
+    name: str = "scene"
+    cables: tuple[Cable, ...] = ()
+    parts: tuple[Part, ...] = ()
+    tolerance: float = SHAPE_TOLERANCE
+    source: Path | None = None
+
+    def __post_init__(self) -> None:
+        self._set(cables=tuple(self.cables), parts=tuple(self.parts))
+        super(Scene, self).__post_init__()
+
+    def _mistakes(self) -> Iterator[Mistake]:
+        cables, parts = ([thing.name for thing in things] for things in (self.cables, self.parts))
+        yield from scene_mistakes(self.name, self.tolerance, cables, parts)
+
+    @property
+    def inputs(self) -> tuple[Path, ...]:
+        """Every file the scene reads."""
+        own = () if self.source is None else (self.source,)
+        return own + tuple(part.step for part in self.parts)
+
+
+def scene_mistakes(
+    name: object, tolerance: object, cables: Sequence[str | None], parts: Sequence[str | None]
+) -> Iterator[Mistake]:
+    """What is wrong with a scene beside what is wrong inside its cables and parts, of which only the names are asked.
+
+    A name that could not be read is None.
+    """
+    yield from text_mistakes("name", name)
+    yield from tolerance_mistakes(tolerance)
+    yield from name_mistakes(cables, parts)
+    if not cables and not parts:
+        yield Mistake("cables", "is empty: a scene needs at least one cable or part")
+
+
+def tolerance_mistakes(tolerance: object) -> Iterator[Mistake]:
+    """What is wrong with a shape tolerance, before the cable's size is known."""
+    found = list(number_mistakes("tolerance.shape", tolerance, POSITIVE))
+    yield from found
+    if not found and float(tolerance) < LEAST_TOLERANCE:  # type: ignore[arg-type]
+        yield Mistake("tolerance.shape", f"is below the floor of {LEAST_TOLERANCE:g} mm", tolerance)
+
+
+def name_mistakes(cables: Sequence[str | None], parts: Sequence[str | None]) -> Iterator[Mistake]:
+    """Names that more than one cable or part has; None is a name that could not be read."""
+    first: dict[str, str] = {}
+    for kind, names in (("parts", parts), ("cables", cables)):
+        for i, name in enumerate(names):
+            place = f"{kind}[{i}]"
+            if name is None:
+                continue
+            if name in first:
+                yield Mistake(f"{place}.name", f"is also the name of {first[name]}; names must be unique", name)
+            else:
+                first[name] = place
