@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import itertools
 import os
 import stat
 import sys
@@ -69,7 +68,7 @@ def replacing(path: str | PathLike[str]) -> Iterator[Path]:
     shown = os.fspath(path)
     with _explained(shown):
         found = _target(shown)
-        aside, handle = (Path(shown), None) if found is None else _open_aside(found[0])
+        aside, handle = (Path(shown), None) if found is None else _open_aside(*found)
     try:
         with _explained(shown, {shown, str(aside)}):
             yield aside
@@ -144,24 +143,31 @@ def _target(shown: str) -> tuple[Path, os.stat_result | None] | None:
     return target, status
 
 
-def _open_aside(target: Path) -> tuple[Path, int | None]:
+def _open_aside(target: Path, status: os.stat_result | None) -> tuple[Path, int | None]:
     """A new file beside the target that is ours while the descriptor, if there is one, is open."""
-    asides = (target.with_name(f".{target.name[:_LONGEST_STEM]}.{n}.tmp") for n in itertools.count())
-    for aside in asides:
+    n = 0
+    while True:
+        aside = _aside(target, n)
+        n += 1
         _remove_stale(aside)
         try:
-            handle = os.open(aside, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o666)
+            # What replaces a private file is private from the start.
+            handle = os.open(aside, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o666 if status is None else 0o600)
         except FileExistsError:  # another is writing it
             continue
         if sys.platform == "win32":  # which renames no file that is open
             os.close(handle)
             return aside, None
         if _lock(handle) and _is_at(aside, handle):
-            while _remove_stale(next(asides)):  # of earlier times when several wrote at once
-                pass
-            return aside, handle
+            break
         os.close(handle)  # another took the file for stale before it was locked, and has removed it or is about to
-    raise AssertionError  # pragma: no cover - itertools.count does not end
+    while _remove_stale(_aside(target, n)):  # of earlier times when several wrote at once
+        n += 1
+    return aside, handle
+
+
+def _aside(target: Path, n: int) -> Path:
+    return target.with_name(f".{target.name[:_LONGEST_STEM]}.{n}.tmp")
 
 
 def _settle(aside: Path, status: os.stat_result | None) -> None:

@@ -21,6 +21,7 @@ from cablecad.errors import (
     SceneError,
     UsageError,
 )
+from cablecad.files import same_file
 from cablecad.model import SHAPE_TOLERANCE, Cable, Part, Scene, Toward, tolerance_floor
 from cablecad.report import CableOutcome, cable_report, scene_report
 
@@ -127,7 +128,7 @@ def _make_solid(
     allowed = 4.0 * max(fit.deviation, 1e-7) / radius + 1e-6
     if not check.valid or abs(check.volume_error) > allowed:
         raise GeometryError(
-            f"the solid of cable {cable.name} failed its check (BRepCheck {'valid' if check.valid else 'not valid'}, "
+            f"the solid failed its check (BRepCheck {'valid' if check.valid else 'not valid'}, "
             f"volume off by {check.volume_error:.3g} of pi r^2 L, {allowed:.3g} allowed); try another tolerance"
         )
     return solid
@@ -163,7 +164,7 @@ def _refuse_spoilt_tube(solution: RodSolution) -> None:
             break
     else:
         way_out = "none of the equilibria found keeps clear of itself"
-    raise InvalidTubeError(f"cable {solution.cable.name}: {'; '.join(spoilt)} ({way_out})")
+    raise InvalidTubeError(f"{'; '.join(spoilt)} ({way_out})")
 
 
 def _refuse_spoilt_fit(cable: Cable, fit: Any) -> None:
@@ -174,14 +175,14 @@ def _refuse_spoilt_fit(cable: Cable, fit: Any) -> None:
     kappa, at = fit.greatest_curvature()
     if kappa * radius >= 1.0:
         raise InvalidTubeError(
-            f"cable {cable.name}: the fitted centreline bends to {1.0 / kappa:.6g} mm at s = {at:.6g} mm, not more than "
-            f"the cable's radius {radius:.6g} mm; ask for a smaller tolerance or take a thinner cable"
+            f"the fitted centreline bends to {1.0 / kappa:.6g} mm at s = {at:.6g} mm, not more than the cable's radius "
+            f"{radius:.6g} mm; ask for a smaller tolerance or take a thinner cable"
         )
     gap = self_gap(fit, radius)
     if gap is not None and gap < 0.0 and not cable.allow_contact:
         raise InvalidTubeError(
-            f"cable {cable.name}: the fitted centreline overlaps itself by {-gap:.6g} mm; ask for a smaller tolerance, "
-            "or set allow_contact = true"
+            f"the fitted centreline overlaps itself by {-gap:.6g} mm; ask for a smaller tolerance, or set "
+            "allow_contact = true"
         )
 
 
@@ -335,7 +336,8 @@ def _read_parts(run: SceneRun, progress: Progress | None) -> list[tuple[Part, Do
     for parts in by_file.values():
         from cablecad.brep.step import read_parts
 
-        _tell(progress, parts[0].name)
+        for part in parts:
+            _tell(progress, part.name)
         try:
             found |= {part.name: (part, document) for part, document in read_parts(parts)}
         except CablecadError as error:
@@ -346,8 +348,13 @@ def _read_parts(run: SceneRun, progress: Progress | None) -> list[tuple[Part, Do
 
 
 def _make_solids(run: SceneRun, progress: Progress | None) -> list[CableSolid]:
-    """Make the solid of every cable that was solved."""
+    """Make the solid of every cable that was solved.
+
+    Raises:
+        SceneError: A tolerance that cannot be kept, of all cables at once.
+    """
     made = []
+    mistakes: list[Mistake] = []
     for outcome in run.outcomes:
         _tell(progress, outcome.cable.name)
         if outcome.solution is not None:
@@ -356,8 +363,12 @@ def _make_solids(run: SceneRun, progress: Progress | None) -> list[CableSolid]:
             try:
                 solid = _make_solid(outcome, outcome.solution, run.scene.tolerance)
                 made.append(CableSolid(outcome.cable.name, solid, outcome.cable.color))
+            except SceneError as error:  # a tolerance that cannot be kept
+                mistakes += error.mistakes
             except CablecadError as error:
                 _fail(run, outcome, error)
+    if mistakes:
+        raise SceneError(mistakes, source=str(run.scene.source or ""))
     return made
 
 
@@ -388,18 +399,17 @@ def write_step(items: Iterable[Built | Part], path: str | PathLike[str], *, name
 
 
 def _fail(run: SceneRun, outcome: CableOutcome, error: CablecadError) -> None:
+    """Keep what went wrong with a cable: as it is for the cable's report, with its name for the scene's errors."""
     outcome.error = error
-    run.errors.append(error)
+    named = type(error)(f"cable {outcome.cable.name}: {error}")
+    named.__cause__ = error
+    run.errors.append(named)
 
 
 def _broken_rules(outcomes: Iterable[CableOutcome]) -> list[CablecadError]:
     """The user's rules that solved cables break, an error each."""
     return [
-        RuleError(f"cable {outcome.cable.name}: {violation.message}")
-        for outcome in outcomes
-        if outcome.solution is not None
-        for violation in outcome.solution.violations
-        if not violation.spoils_tube
+        RuleError(f"cable {outcome.cable.name}: {message}") for outcome in outcomes for message in outcome.broken_rules
     ]
 
 
@@ -412,7 +422,7 @@ def check_output(scene: Scene, path: Path, *, suffixes: tuple[str, ...] = (".ste
     if path.suffix.lower() not in suffixes:
         raise UsageError(f"output {path}: its name must end in {' or '.join(suffixes)}")
     for source in scene.inputs:
-        if path.exists() and source.exists() and path.samefile(source):
+        if same_file(path, source):
             raise UsageError(f"output {path} is also an input of the scene; write to another file")
 
 

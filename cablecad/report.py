@@ -34,9 +34,9 @@ _RESULTS: tuple[tuple[type[CablecadError], str], ...] = (
     (InfeasibleError, "infeasible"),
     (SolveError, "unsolved"),
     (GeometryError, "invalid_tube"),
+    (CablecadError, "unsolved"),
 )
 """The result each error stands for; the first that fits."""
-
 
 _VECTOR = re.compile(r"\[\n\s+([-+.\deE]+(?:,\n\s+[-+.\deE]+)*)\n\s+\]")
 """A list of numbers as `json` indents it; a line break inside a string is escaped, so nothing else looks like it."""
@@ -71,6 +71,22 @@ class CableOutcome:
             return "solved"
         return next(result for kind, result in _RESULTS if isinstance(self.error, kind))
 
+    @property
+    def violations(self) -> list[str]:
+        """The rules its shape breaks."""
+        return [] if self.solution is None else [violation.message for violation in self.solution.violations]
+
+    @property
+    def broken_rules(self) -> list[str]:
+        """Those of them that are the user's own: the solid can be made in spite of them."""
+        found = () if self.solution is None else self.solution.violations
+        return [violation.message for violation in found if not violation.spoils_tube]
+
+    @property
+    def warnings(self) -> list[str]:
+        """What a user should know of it besides."""
+        return [] if self.solution is None else [*self.solution.warnings, *self.notes]
+
 
 def cable_report(outcome: CableOutcome, *, points: int | None = None) -> dict[str, Any]:
     """The report of one cable.
@@ -80,7 +96,6 @@ def cable_report(outcome: CableOutcome, *, points: int | None = None) -> dict[st
         points: How many points at equal arclengths to list; None for none.
     """
     solution = outcome.solution if outcome.error is None else None
-    judged = outcome.solution
     return {
         "name": outcome.cable.name,
         "result": outcome.result,
@@ -89,8 +104,8 @@ def cable_report(outcome: CableOutcome, *, points: int | None = None) -> dict[st
         "equilibria": [] if solution is None else _equilibria(solution),
         "points": [] if solution is None or points is None else solution.points(points).tolist(),
         "solid": _solid(outcome) if solution is not None else None,
-        "violations": [] if judged is None else [violation.message for violation in judged.violations],
-        "warnings": [] if judged is None else [*judged.warnings, *outcome.notes],
+        "violations": outcome.violations,
+        "warnings": outcome.warnings,
         "seconds": {stage: outcome.seconds.get(stage) for stage in ("solve", "tube", "check")},
     }
 

@@ -130,11 +130,11 @@ class _Search:
     """
 
     def __init__(self, curve: Curve, apart: float, touching: float) -> None:
-        self.curve, self.apart, self.touching = curve, apart, touching
-        self.bends = _Bends(curve)
+        self.curve, self.apart, self.bends = curve, apart, _Bends(curve)
         ends = curve.frames([0.0, curve.length]).position
         self.distance = float(np.linalg.norm(ends[1] - ends[0]))
         self.rounding = 1e-14 * (curve.length + float(np.abs(ends).max()))
+        self.touching = max(touching, self.rounding)
 
     @property
     def enough(self) -> float:

@@ -106,6 +106,14 @@ def test_replaced_file_keeps_its_permissions(tmp_path, mode):
     assert stat.S_IMODE(target.stat().st_mode) == mode
 
 
+def test_what_replaces_a_private_file_is_private_from_the_start(tmp_path):
+    target = tmp_path / "out"
+    target.write_bytes(b"old")
+    target.chmod(0o640)
+    with replacing(target) as aside:
+        assert stat.S_IMODE(aside.stat().st_mode) == 0o600
+
+
 # --- links and devices ----------------------------------------------------------------------------------------------
 
 

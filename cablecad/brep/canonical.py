@@ -15,7 +15,7 @@ And what a reader would stumble over: text becomes ASCII (`part21`), reals get t
 double (Open Cascade's default keeps 13, which at 1 m is 1e-9 mm; ask it for `REAL_FORMAT`).
 The geometry itself is not touched. One pass, linear in the size of the text.
 
-Measured: about 110 ms for each MB (with a million reals of full length twice that).
+Measured: 85 to 120 ms for each MB, 0.4 to 11 MB.
 """
 
 from __future__ import annotations

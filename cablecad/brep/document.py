@@ -166,11 +166,9 @@ class Document:
 
     def hollow_products(self) -> list[str]:
         """Names of the products that are no assemblies and have no shape, sorted."""
-        products = Sequence_TDF_Label()
-        self._shapes.GetShapes(products)
         return sorted(
             _name(product)
-            for product in products
+            for product in self._products()
             if not self._shapes.IsAssembly_s(product) and _is_hollow(self._shapes.GetShape_s(product))
         )
 
@@ -182,6 +180,11 @@ class Document:
         roots = Sequence_TDF_Label()
         self._shapes.GetFreeShapes(roots)
         return list(roots)
+
+    def _products(self) -> list[TDF_Label]:
+        products = Sequence_TDF_Label()
+        self._shapes.GetShapes(products)
+        return list(products)
 
     def _node(self, occurrence: TDF_Label, product: TDF_Label, location: TopLoc_Location) -> Node:
         shape = self._shapes.GetShape_s(product)
@@ -283,11 +286,10 @@ class Document:
         taken = Sequence_TDF_Label()
         for root in source._roots():
             taken.Append(root)
-        before = {root.Tag() for root in self._roots()}
+        before = {product.Tag() for product in self._products()}
         XCAFDoc_Editor.Extract_s(taken, self._shapes.BaseLabel())
+        self._name_missing([product for product in self._products() if product.Tag() not in before], source.name)
         roots = [root for root in self._roots() if root.Tag() not in before]
-        for root in roots:
-            self._name_missing(root, source.name)
         if len(roots) == 1:
             return roots[0]
         assembly = self._assembly(source.name)
@@ -295,15 +297,18 @@ class Document:
             self._place(assembly, root, _name(root), TopLoc_Location())
         return assembly
 
-    def _name_missing(self, product: TDF_Label, name: str) -> None:
-        """Give names to a product and to all below it that have none: the product's to an occurrence and back."""
-        if not _name(product):
-            _set_name(product, name)
-        for component in self._components(product):
-            below = self._product(component)
-            self._name_missing(below, _name(component) or _name(product))
-            if not _name(component):
-                _set_name(component, _name(below))
+    def _name_missing(self, products: Sequence[TDF_Label], name: str) -> None:
+        """Name products after occurrences of theirs, else by `name`, and occurrences after their products."""
+        occurrences = [(c, self._product(c)) for product in products for c in self._components(product)]
+        for occurrence, product in occurrences:
+            if not _name(product) and _name(occurrence):
+                _set_name(product, _name(occurrence))
+        for product in products:
+            if not _name(product):
+                _set_name(product, name)
+        for occurrence, product in occurrences:
+            if not _name(occurrence):
+                _set_name(occurrence, _name(product))
 
     def _shield_names(self) -> None:
         """Make every name one that Open Cascade writes without loss."""

@@ -106,7 +106,7 @@ def _frame_flaw(data: bytes) -> str | None:
     if not data.lstrip(_BEFORE).startswith(b"ISO-10303-21"):
         shown = data.lstrip()[:20].decode("ascii", errors="replace")
         return f"is not a STEP file: it begins with {shown!r}, not with ISO-10303-21"
-    if b"END-ISO-10303-21" not in data[data.rfind(b"ENDSEC") :]:
+    if data.rfind(b"END-ISO-10303-21") < 0:
         return "is cut off: END-ISO-10303-21 is missing at its end"
     if not _DATA.search(data):
         return "has no DATA section"

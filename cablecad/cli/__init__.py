@@ -1,60 +1,27 @@
 """The command line: `cablecad build | solve | check | schema | new`, one file a subcommand.
 
-stdout carries the result alone, stderr all else. Subcommands are loaded when they are called, so `--help` and `solve`
-stay quick.
+stdout carries the result alone, stderr all else. Nothing heavy is imported here, so that Ctrl-C is understood from the
+first moment on.
 """
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import Any
+import sys
+from typing import NoReturn
 
-import click
-
-from cablecad import __version__
-
-_COMMANDS = {
-    "build": "Solve a scene, make its solids and write one STEP file.",
-    "solve": "Solve a scene and print what its cables are like; no solids, no Open Cascade.",
-    "check": "Judge a scene as build would, every rule strictly, and write nothing.",
-    "schema": "Print the JSON Schema of a scene file.",
-    "new": "Write a commented starter scene.",
-}
+from cablecad.cli.interrupt import INTERRUPTED, interrupt
 
 
-class _LazyGroup(click.Group):
-    """A group that imports a subcommand only when it is called, and lists all of them without importing any."""
+def main(arguments: list[str] | None = None) -> NoReturn:
+    """Run the command line as a process of its own, and exit with its code."""
+    with interrupt:
+        try:
+            from cablecad.cli.group import cablecad
+            from cablecad.cli.session import run_command, use_utf8
 
-    def list_commands(self, ctx: click.Context) -> list[str]:
-        return list(_COMMANDS)
-
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name not in _COMMANDS:
-            return None
-        command: click.Command = getattr(import_module(f"cablecad.cli.{cmd_name}"), cmd_name)
-        return command
-
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        with formatter.section("Commands"):
-            formatter.write_dl(list(_COMMANDS.items()))
-
-
-@click.group(
-    cls=_LazyGroup,
-    context_settings={"help_option_names": ["-h", "--help"]},
-    epilog="Exit codes: 0 done, 1 a bug, 2 usage or an invalid scene, 3 no such shape, 4 geometry or a rule failed its "
-    "check, 5 a file could not be read or written, 130 interrupted.",
-)
-@click.version_option(__version__, prog_name="cablecad")
-def cablecad() -> None:
-    """The true shape of flexible cables: a scene file in, STEP out.
-
-    Start with `cablecad new loom.toml`, then `cablecad build loom.toml -o loom.step`.
-    """
-
-
-def main(arguments: list[str] | None = None) -> Any:
-    """Run the command line and exit with its code."""
-    from cablecad.cli.session import run_command
-
-    raise SystemExit(run_command(cablecad, arguments))
+            use_utf8()
+            code = run_command(cablecad, arguments)
+        except KeyboardInterrupt:  # before run_command could see to it
+            sys.stderr.write("interrupted\n")
+            code = INTERRUPTED
+    raise SystemExit(code)

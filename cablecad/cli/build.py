@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
 import click
 
-from cablecad.cli.session import progress_bar, say, scene_argument, show_errors, verbosity_options
+from cablecad.cli.session import progress_bar, scene_argument, show_errors, tell, verbosity_options, warn_of
+from cablecad.errors import UsageError
 
 
 @click.command()
@@ -30,31 +32,34 @@ def build(
     The file holds the scene's parts and cables as an assembly with names and colours. It appears whole or not at all;
     the same input gives the same bytes. Prints the paths written.
     """
-    from cablecad.files import replacing
+    from cablecad.files import replacing, same_file
     from cablecad.pipeline import check_output, run_build
     from cablecad.report import to_json
     from cablecad.scene import load_scene
 
-    output = output if output is not None else scene_path.with_suffix(".step")
     scene = load_scene(scene_path)
+    output = output if output is not None else scene_path.with_suffix(".step")
     if tolerance is not None:
         scene = replace(scene, tolerance=tolerance)
     check_output(scene, output)
-    if report_path is not None:
-        check_output(scene, report_path, suffixes=(".json",))
-    with progress_bar(2 * len(scene.cables) + len(scene.parts)) as progress:
-        run = run_build(scene, output, strict=strict, progress=progress)
+    with ExitStack() as stack:
+        if report_path is not None:
+            check_output(scene, report_path, suffixes=(".json",))
+            if same_file(output, report_path):
+                raise UsageError(f"output {output} and report {report_path} lead to one file; give two")
+            # Begun before the work is: a report that cannot be written is better known before than after.
+            report_aside = stack.enter_context(replacing(report_path))
+        with progress_bar(2 * len(scene.cables) + len(scene.parts)) as progress:
+            run = run_build(scene, output, strict=strict, progress=progress)
+        if report_path is not None:
+            report_aside.write_text(to_json(run.report()), encoding="utf-8")
     for outcome in run.outcomes:
-        if outcome.solution is not None:
-            broken = () if strict else outcome.solution.violations
-            for message in (*outcome.solution.warnings, *outcome.notes, *(v.message for v in broken)):
-                say(f"warning: cable {outcome.cable.name}: {message}")
+        warn_of(outcome.cable.name, outcome.warnings)
+        if not strict:
+            warn_of(outcome.cable.name, outcome.broken_rules)
     show_errors(run.errors)
-    if report_path is not None:
-        with replacing(report_path) as temporary:
-            temporary.write_text(to_json(run.report()), encoding="utf-8")
     if not run.errors:
-        click.echo(output)
+        tell(output)
     if report_path is not None:
-        click.echo(report_path)
+        tell(report_path)
     return run.exit_code

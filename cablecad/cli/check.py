@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from cablecad.cli.session import progress_bar, say, scene_argument, show_errors, verbosity_options
+from cablecad.cli.session import progress_bar, scene_argument, show_errors, tell, verbosity_options, warn_of
 
 
 @click.command()
@@ -26,7 +26,7 @@ def check(scene_path: Path, as_json: bool) -> int:
     with progress_bar(2 * len(scene.cables) + len(scene.parts)) as progress:
         run = check_scene(scene, progress=progress)
     if as_json:
-        click.echo(to_json(run.report()), nl=False)
+        tell(to_json(run.report()), nl=False)
     else:
         for outcome in run.outcomes:
             broken = outcome.solution is not None and outcome.solution.violations
@@ -34,10 +34,8 @@ def check(scene_path: Path, as_json: bool) -> int:
             detail = ""
             if outcome.fit is not None and outcome.check is not None:
                 detail = f", deviation {outcome.fit.deviation:.3g} mm of {outcome.fit.tolerance:g} mm allowed"
-            click.echo(f"{outcome.cable.name}: {verdict}{detail}")
+            tell(f"{outcome.cable.name}: {verdict}{detail}")
     for outcome in run.outcomes:
-        if outcome.solution is not None:
-            for message in (*outcome.solution.warnings, *outcome.notes):
-                say(f"warning: cable {outcome.cable.name}: {message}")
+        warn_of(outcome.cable.name, outcome.warnings)
     show_errors(run.errors)
     return run.exit_code

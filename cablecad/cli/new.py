@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from cablecad.cli.session import verbosity_options
+from cablecad.cli.session import tell, verbosity_options
 from cablecad.errors import UsageError
 
 
@@ -21,8 +21,8 @@ def new(path: Path, force: bool) -> None:
 
     if path.suffix.lower() != ".toml":
         raise UsageError(f"{path}: the starter scene is TOML; give a name that ends in .toml")
-    if path.exists() and not path.is_dir() and not force:
-        raise UsageError(f"{path} exists; choose another name, or --force to replace it")
-    with replacing(path) as temporary:
+    with replacing(path) as temporary:  # first: a path that cannot be written at all is told as such
+        if path.exists() and not force:
+            raise UsageError(f"{path} exists; choose another name, or --force to replace it")
         temporary.write_text(starter_scene(), encoding="utf-8")
-    click.echo(path)
+    tell(path)

@@ -1,4 +1,4 @@
-"""What every subcommand shares: exit codes, the error stream, verbosity and progress."""
+"""What every subcommand shares: exit codes, the two streams, verbosity and progress."""
 
 from __future__ import annotations
 
@@ -6,21 +6,32 @@ import logging
 import os
 import sys
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from io import TextIOWrapper
 from pathlib import Path
 from typing import Any, TypeVar
 
 import click
 
+from cablecad.cli.interrupt import INTERRUPTED, interrupt
 from cablecad.errors import CablecadError, ExchangeError
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-INTERRUPTED = 130
 BUG = 1
 
 _log = logging.getLogger("cablecad")
+
+
+class _Remarks(logging.Handler):
+    """Shows what cablecad logs as remarks on stderr."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        click.echo(f"{record.levelname.lower()}: {record.getMessage()}", err=True)
+
+
+_remarks = _Remarks()
 
 
 def scene_argument(function: F) -> F:
@@ -48,6 +59,34 @@ def _verbose(_context: click.Context, _parameter: click.Parameter, value: bool) 
         _log.setLevel(logging.DEBUG)
 
 
+# --- the two streams ----------------------------------------------------------------------------------------------
+
+
+def use_utf8() -> None:
+    """Write UTF-8 to stdout where that is a file or a pipe, whatever the locale: it may be JSON, or odd paths."""
+    if isinstance(sys.stdout, TextIOWrapper):
+        if sys.stdout.isatty():
+            sys.stdout.reconfigure(errors="backslashreplace")
+        else:
+            sys.stdout.reconfigure(encoding="utf-8", errors="surrogateescape")
+
+
+def tell(result: object, *, nl: bool = True) -> None:
+    """Write a piece of the result to stdout.
+
+    Raises:
+        BrokenPipeError: Nobody reads it any more.
+        ExchangeError: It cannot be written for another reason.
+    """
+    try:
+        click.echo(result, nl=nl)
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        _forget_stdout()
+        raise ExchangeError(f"stdout cannot be written: {error.strerror}; send it elsewhere") from error
+
+
 def say(message: str) -> None:
     """A remark on stderr, unless the user asked for quiet."""
     if _log.getEffectiveLevel() <= logging.WARNING:
@@ -59,47 +98,70 @@ def say_error(message: str) -> None:
     click.echo(click.style("error: ", fg="red", bold=True) + message, err=True)
 
 
-def run_command(command: click.Command, arguments: list[str] | None) -> int:
-    """Run the command line and return its exit code; nothing escapes as a traceback unless -v asks for it."""
-    _log.setLevel(logging.WARNING)
-    try:
-        result = command.main(args=arguments, prog_name="cablecad", standalone_mode=False)
-        sys.stdout.flush()
-    except (click.exceptions.Exit, click.ClickException) as ended:
-        if isinstance(ended, click.ClickException):
-            ended.show()
-        return ended.exit_code
-    except (KeyboardInterrupt, click.Abort):
-        click.echo("interrupted", err=True)
-        return INTERRUPTED
-    except CablecadError as error:
-        _show(error)
-        return error.exit_code
-    except BrokenPipeError:
-        # The reader of stdout went away (`cablecad schema | head`): end quietly, and keep Python from flushing again.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
-    except Exception as error:  # noqa: BLE001 - the last line of defence: exit code 1 means a bug, never a raw traceback
-        say_error(f"this is a bug in cablecad: {type(error).__name__}: {error} (run with -v for the traceback)")
-        if _log.level == logging.DEBUG:
-            traceback.print_exc()
-        return BUG
-    return result if isinstance(result, int) else 0
+def warn_of(cable: str, messages: Iterable[str]) -> None:
+    """What a user should know of a cable, a line each."""
+    for message in messages:
+        say(f"warning: cable {cable}: {message}")
 
 
-def _show(error: CablecadError) -> None:
-    if isinstance(error, ExchangeError) and error.filename is not None:
-        say_error(f"{error.filename}: {error.strerror}")
-    else:
-        say_error(str(error))
-    if _log.level == logging.DEBUG:
-        traceback.print_exc()
-
-
-def show_errors(errors: list[CablecadError]) -> None:
+def show_errors(errors: Iterable[CablecadError]) -> None:
     """Every error of a scene, a line each."""
     for error in errors:
         _show(error)
+
+
+def _show(error: CablecadError) -> None:
+    say_error(str(error))
+    _trace(error)
+
+
+def _trace(error: BaseException) -> None:
+    if _log.level == logging.DEBUG:
+        traceback.print_exception(error)
+
+
+def _forget_stdout() -> None:
+    """Let what stdout still holds go nowhere, or Python would try to write it once more as it exits."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+# --- the run ------------------------------------------------------------------------------------------------------
+
+
+def run_command(command: click.Command, arguments: list[str] | None) -> int:
+    """Run the command line and return its exit code; nothing escapes as a traceback unless -v asks for it."""
+    _log.setLevel(logging.WARNING)
+    _log.addHandler(_remarks)
+    try:
+        result = command.main(args=arguments, prog_name="cablecad", standalone_mode=False)
+    except click.ClickException as error:
+        error.show()
+        return error.exit_code
+    except SystemExit as ended:
+        if not isinstance(ended.__context__, BrokenPipeError):
+            raise
+        # The reader of stdout went away (`cablecad schema | head`); click calls that 1, which here would be a bug.
+        _forget_stdout()
+        return 0
+    except (KeyboardInterrupt, click.Abort):
+        return _interrupted()
+    except Exception as error:  # noqa: BLE001 - the last line of defence: exit code 1 means a bug, never a raw traceback
+        return _interrupted() if interrupt.came else _failed(error)
+    return result if isinstance(result, int) else 0
+
+
+def _interrupted() -> int:
+    click.echo("interrupted", err=True)
+    return INTERRUPTED
+
+
+def _failed(error: Exception) -> int:
+    if isinstance(error, CablecadError):
+        _show(error)
+        return error.exit_code
+    say_error(f"this is a bug in cablecad: {type(error).__name__}: {error} (run with -v for the traceback)")
+    _trace(error)
+    return BUG
 
 
 @contextmanager

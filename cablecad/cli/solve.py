@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cablecad.cli.session import progress_bar, say, scene_argument, show_errors, verbosity_options
+from cablecad.cli.session import progress_bar, say, scene_argument, show_errors, tell, verbosity_options, warn_of
 
 if TYPE_CHECKING:
     from cablecad.report import CableOutcome
@@ -29,18 +29,19 @@ def solve(scene_path: Path, as_json: bool, points: int | None) -> int:
     from cablecad.report import to_json
     from cablecad.scene import load_scene
 
+    if points is not None and not as_json:
+        say("warning: --points goes into the report: add --json to see it")
     scene = load_scene(scene_path)
     with progress_bar(len(scene.cables)) as progress:
         run = solve_scene(scene, progress=progress)
     if as_json:
-        click.echo(to_json(run.report(points=points)), nl=False)
+        tell(to_json(run.report(points=points)), nl=False)
     else:
         for outcome in run.outcomes:
-            click.echo(_line(outcome))
+            tell(_line(outcome))
     for outcome in run.outcomes:
-        if outcome.solution is not None:
-            for message in (*outcome.solution.warnings, *(v.message for v in outcome.solution.violations)):
-                say(f"warning: cable {outcome.cable.name}: {message}")
+        warn_of(outcome.cable.name, outcome.warnings)
+        warn_of(outcome.cable.name, outcome.violations)
     show_errors(run.errors)
     return run.exit_code
 

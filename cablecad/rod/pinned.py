@@ -15,12 +15,12 @@ import numpy as np
 
 from cablecad.centreline import Array, Centreline, Placement
 from cablecad.errors import Mistake, SceneError
-from cablecad.model import PINNED_DATA, Cable, EquilibriumKey, Pin, Toward
+from cablecad.model import PINNED_DATA, Cable, Pin, Toward
 from cablecad.rod.arch import Pinned, solve_pinned
 from cablecad.rod.elastica import Inflexional
 from cablecad.rod.elliptic import jacobi
 from cablecad.rod.plane import bulge_direction, unit_vector
-from cablecad.rod.solution import EndState, Equilibrium, RodSolution
+from cablecad.rod.solution import EndState, Equilibrium, RodSolution, Shape, choose
 from cablecad.rod.stability import Stability, stability
 
 MODES = (1, 2, 3)
@@ -46,7 +46,7 @@ def solve_pinned_cable(cable: Cable, *, reason: str) -> RodSolution:
     solved = solve_pinned(data, EI=cable.material.EI(cable.section) if cable.material else None, names=names)
     side = bulge_direction(axis, cable.bulge)
     twins = _modes(cable, solved, origin, axis, side)
-    index = _choose(cable, twins)
+    index = choose(cable, twins)
     chosen = twins[index]
     target = end if end is not None else origin + solved.chord * axis
     reached = chosen.centreline.frames([0.0, solved.length]).position
@@ -113,20 +113,26 @@ def _mode(
 ) -> Equilibrium:
     """One mode, its first arch towards `way` times the bulge."""
     arch, omega = solved.arch, mode * solved.omega
-    # Starting a quarter wave before the crest, psi rises from -beta_0: the arch lies on the side of -e2.
-    piece = Inflexional(Placement(origin, axis, -way * side), solved.length, omega, arch.m, arch.m1, -arch.K)
-    centreline = Centreline([piece])
-    frames = centreline.frames([0.0, solved.length])
-    push, no_moment = omega**2 * axis, np.zeros(3)
+
+    def draw() -> Shape:
+        # Starting a quarter wave before the crest, psi rises from -beta_0: the arch lies on the side of -e2.
+        piece = Inflexional(Placement(origin, axis, -way * side), solved.length, omega, arch.m, arch.m1, -arch.K)
+        centreline = Centreline([piece])
+        frames = centreline.frames([0.0, solved.length])
+        push, no_moment = omega**2 * axis, np.zeros(3)
+        return Shape(
+            centreline,
+            EndState(frames.position[0], frames.tangent[0], push, no_moment),
+            EndState(frames.position[1], frames.tangent[1], 0.0 - push, no_moment),
+        )
+
     return Equilibrium(
         winding=0,
         side=way,
         inflections=mode - 1,
         branch="inflexional",
         energy_per_EI=mode**2 * arch.energy_ratio / solved.length,
-        centreline=centreline,
-        start=EndState(frames.position[0], frames.tangent[0], push, no_moment),
-        end=EndState(frames.position[1], frames.tangent[1], 0.0 - push, no_moment),
+        draw=draw,
         judge=judged,
         diameter=cable.diameter,
     )
@@ -143,20 +149,6 @@ def _judge(solved: Pinned, mode: int) -> Stability:
         return 2.0 * arch.k * turns * jacobi(turns * s - arch.K, arch.m, arch.m1).cn
 
     return stability(theta, kappa, (-(turns**2), 0.0), start_clamped=False, end_clamped=False)
-
-
-def _choose(cable: Cable, found: tuple[Equilibrium, ...]) -> int:
-    wanted = cable.equilibrium
-    if isinstance(wanted, EquilibriumKey):
-        for i, equilibrium in enumerate(found):
-            if (equilibrium.winding, equilibrium.side) == (wanted.winding, wanted.side):
-                return i
-        listed = ", ".join(f"({e.winding}, {e.side})" for e in found)
-        problem = f"no such equilibrium was found; the (winding, side) found are {listed}"
-        raise SceneError([Mistake("equilibrium", problem, {"winding": wanted.winding, "side": wanted.side})])
-    if wanted >= len(found):
-        raise SceneError([Mistake("equilibrium", f"only {len(found)} equilibria were found, counted from 0", wanted)])
-    return wanted
 
 
 def _notes(solved: Pinned) -> list[str]:

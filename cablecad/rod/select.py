@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablecad.centreline import Array
-from cablecad.errors import InfeasibleError, SolveError
+from cablecad.errors import InfeasibleError
 from cablecad.model import PINNED_DATA, Cable, Clamp, Toward
 from cablecad.rod.plane import unit_vector
 from cablecad.rod.solution import ModelName
@@ -34,7 +34,6 @@ def select_model(cable: Cable) -> Selection:
 
     Raises:
         InfeasibleError: The cable is shorter than the distance of its ends, or exactly as long but not aligned.
-        SolveError: No model here covers these ends.
     """
     start, end = cable.start_support, cable.end_support
     if isinstance(end, Toward):
@@ -52,7 +51,7 @@ def select_model(cable: Cable) -> Selection:
             return _straight(cable, unit_vector(chord), distance)
     if cable.is_pinned:
         return Selection("planar", "pinned at both ends: the plane of the chord and the bulge, closed form")
-    raise SolveError("a cable with a clamped end and excess length is not solved by this version; pin both ends")
+    return Selection("planar", "the ends lie in one plane: planar elastica")
 
 
 def _reach(cable: Cable) -> float:

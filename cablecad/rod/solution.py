@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
@@ -11,7 +11,8 @@ from typing import Literal
 from numpy.typing import ArrayLike
 
 from cablecad.centreline import Array, Centreline, Side
-from cablecad.model import Cable
+from cablecad.errors import Mistake, SceneError
+from cablecad.model import Cable, EquilibriumKey
 from cablecad.rod.stability import Stability
 from cablecad.rod.verdict import Violation, find_violations, find_warnings
 from cablecad.self_gap import self_gap
@@ -50,6 +51,15 @@ class EndState:
 
 
 @dataclass(frozen=True)
+class Shape:
+    """The curve of an equilibrium, and what its supports apply to it."""
+
+    centreline: Centreline
+    start: EndState
+    end: EndState
+
+
+@dataclass(frozen=True)
 class Equilibrium:
     """One equilibrium of a cable.
 
@@ -59,9 +69,7 @@ class Equilibrium:
         inflections: Points between the ends at which the curvature changes sign.
         branch: "inflexional", "non-inflexional", "circle" or "line".
         energy_per_EI: Strain energy per unit bending stiffness [1/mm].
-        centreline: Its shape.
-        start: State of the start.
-        end: State of the end.
+        draw: Makes the shape; called once, and only if someone asks.
         judge: Finds the stability; called once, and only if someone asks.
         diameter: Of the cable [mm], for the self-gap.
     """
@@ -71,11 +79,29 @@ class Equilibrium:
     inflections: int
     branch: str
     energy_per_EI: float
-    centreline: Centreline
-    start: EndState
-    end: EndState
+    draw: Callable[[], Shape]
     judge: Callable[[], Stability]
     diameter: float
+
+    @cached_property
+    def shape(self) -> Shape:
+        """The centreline and the states of its ends."""
+        return self.draw()
+
+    @property
+    def centreline(self) -> Centreline:
+        """The curve."""
+        return self.shape.centreline
+
+    @property
+    def start(self) -> EndState:
+        """State of the start."""
+        return self.shape.start
+
+    @property
+    def end(self) -> EndState:
+        """State of the end."""
+        return self.shape.end
 
     @cached_property
     def stability(self) -> Stability:
@@ -113,7 +139,7 @@ class RodSolution:
         chord: Distance of the ends [mm]; negative where a `toward` end lies behind the start.
         slack: (length - chord) / chord, or None where the chord is not positive.
         rise: Greatest distance from the chord [mm].
-        end_angle_deg: Angle between the start's tangent and the chord [degrees].
+        end_angle_deg: Angle between the start's tangent and the chord [degrees]; None where the ends coincide.
         residual: Largest unmet end condition of the centreline: position over length, direction as an angle.
         out_of_plane_deg: Angle by which the ends were turned into one plane [degrees].
         notes: What the data themselves give to say: other answers, redundant data, ends that have crossed.
@@ -128,7 +154,7 @@ class RodSolution:
     chord: float
     slack: float | None
     rise: float
-    end_angle_deg: float
+    end_angle_deg: float | None
     residual: float
     out_of_plane_deg: float = 0.0
     notes: tuple[str, ...] = ()
@@ -211,3 +237,22 @@ class RodSolution:
     def curvature(self, s: ArrayLike, derivative: int = 0, side: Side = "right") -> Array:
         """Curvature about the plane's normal at arclengths [mm], signed, shape (n,) [1/mm^(1 + derivative)]."""
         return self.centreline.curvature(s, derivative, side)
+
+
+def choose(cable: Cable, found: Sequence[Equilibrium]) -> int:
+    """The index of the equilibrium the cable asks for.
+
+    Raises:
+        SceneError: It was not found; the message lists what was.
+    """
+    wanted = cable.equilibrium
+    if isinstance(wanted, EquilibriumKey):
+        for i, equilibrium in enumerate(found):
+            if (equilibrium.winding, equilibrium.side) == (wanted.winding, wanted.side):
+                return i
+        listed = ", ".join(f"({e.winding}, {e.side})" for e in found)
+        problem = f"no such equilibrium was found; the (winding, side) found are {listed}"
+        raise SceneError([Mistake("equilibrium", problem, {"winding": wanted.winding, "side": wanted.side})])
+    if wanted >= len(found):
+        raise SceneError([Mistake("equilibrium", f"only {len(found)} equilibria were found, counted from 0", wanted)])
+    return wanted

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from cablecad.errors import CablecadError
 from cablecad.model import Cable, Toward
 from cablecad.rod.pinned import solve_pinned_cable
 from cablecad.rod.select import select_model
 from cablecad.rod.solution import RodSolution
 from cablecad.rod.straight import solve_straight
+from cablecad.rod.two_point import solve_two_point
 
 
 def solve_rod(cable: Cable) -> RodSolution:
@@ -33,4 +35,19 @@ def solve_rod(cable: Cable) -> RodSolution:
         return solve_straight(
             cable, np.array(start.position), np.array(end.position), length=cable.length, reason=selection.reason
         )
-    return solve_pinned_cable(cable, reason=selection.reason)
+    if cable.is_pinned:
+        return solve_pinned_cable(cable, reason=selection.reason)
+    (result,) = solve_two_point([cable], [_length(cable)])
+    if isinstance(result, CablecadError):
+        raise result
+    return result
+
+
+def _length(cable: Cable) -> float:
+    """The length of a cable between two positions [mm]."""
+    if isinstance(cable.length, int | float):
+        return cable.length
+    assert cable.slack is not None
+    ends = (cable.start_support, cable.end_support)
+    chord = float(np.linalg.norm(np.subtract(ends[1].position, ends[0].position)))
+    return chord * (1.0 + cable.slack)

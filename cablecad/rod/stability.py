@@ -76,6 +76,7 @@ def stability(
     start_clamped: bool,
     end_clamped: bool,
     torsion_ratio: float | None = None,
+    chord: Any = None,
 ) -> Stability:
     """Judge one equilibrium given as functions of arclength.
 
@@ -86,6 +87,8 @@ def stability(
         start_clamped: Whether the direction at s = 0 is held.
         end_clamped: Whether the direction at s = 1 is held.
         torsion_ratio: GJ/EI where both ends hold the spin; None: spin is free. Ignored as soon as an end is a pin.
+
+        chord: From start to end, shape (2,), where it is known better than by quadrature.
 
     Returns:
         The margins, each of shape ().
@@ -108,6 +111,7 @@ def stability(
         start_clamped=start_clamped,
         end_clamped=end_clamped,
         torsion_ratio=torsion_ratio,
+        chord=chord,
     )
 
 
@@ -121,6 +125,7 @@ def stability_at_nodes(
     start_clamped: bool,
     end_clamped: bool,
     torsion_ratio: Any = None,
+    chord: Any = None,
 ) -> Stability:
     """Judge one equilibrium or many, given at the nodes of a trial space made for the same ends.
 
@@ -134,12 +139,15 @@ def stability_at_nodes(
         end_clamped: Whether the direction at s = 1 is held.
         torsion_ratio: GJ/EI, shape () or (...,), where both ends hold the spin; None: spin is free.
 
+        chord: From start to end, shape (..., 2), where it is known better than by quadrature.
+
     Returns:
         The margins, each of shape (...,).
     """
     cosine, sine = np.cos(theta), np.sin(theta)
     tension = n[..., :1] * cosine + n[..., 1:] * sine
-    chord = np.stack([cosine @ space.weights, sine @ space.weights], axis=-1)
+    if chord is None:
+        chord = np.stack([cosine @ space.weights, sine @ space.weights], axis=-1)
     length = np.hypot(chord[..., 0], chord[..., 1])
     pins = not start_clamped and not end_clamped
     in_plane = least_in_plane(space, cosine, sine, tension, turn_free=(length <= PARALLEL) if pins else None)

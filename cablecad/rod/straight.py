@@ -10,7 +10,7 @@ import numpy as np
 from cablecad.centreline import Array, Centreline, Line, Placement
 from cablecad.model import Cable, Clamp
 from cablecad.rod.plane import bulge_direction
-from cablecad.rod.solution import EndState, Equilibrium, RodSolution
+from cablecad.rod.solution import EndState, Equilibrium, RodSolution, Shape
 from cablecad.rod.stability import stability
 
 
@@ -36,9 +36,11 @@ def solve_straight(cable: Cable, start: Array, end: Array, *, length: float, rea
         inflections=0,
         branch="line",
         energy_per_EI=0.0,
-        centreline=centreline,
-        start=EndState(start, axis, nothing, nothing),
-        end=EndState(centreline.position(chord)[0], axis, nothing, nothing),
+        draw=lambda: Shape(
+            centreline,
+            EndState(start, axis, nothing, nothing),
+            EndState(centreline.position(chord)[0], axis, nothing, nothing),
+        ),
         judge=judged,
         diameter=cable.diameter,
     )

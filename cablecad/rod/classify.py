@@ -1,0 +1,223 @@
+"""From solutions to equilibria: energy, inflections, side, greatest curvature, stability."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from cablecad.rod.equilibria import SHARP_MODES, Equilibria
+from cablecad.rod.polish import Middle
+from cablecad.rod.problem import Problem
+from cablecad.rod.ritz import Ritz
+from cablecad.rod.stability import stability, stability_at_nodes
+from cablecad.rod.taut import Taut, wrap
+from cablecad.rod.trial import Array, TrialSpace, legendre, trial_space
+
+_TURN = 2.0 * np.pi
+
+
+@lru_cache(maxsize=16)
+def _nodes(start_clamped: bool, end_clamped: bool, modes: int) -> tuple[TrialSpace, Array, Array]:
+    """Trial functions for the stability, and the Ritz functions and their slopes at their nodes."""
+    space = trial_space(start_clamped, end_clamped, (0.0, 1.0), modes)
+    slopes, values = legendre(space.s, modes)
+    one = np.ones_like(space.s)
+    return space, np.column_stack([1.0 - space.s, space.s, values]), np.column_stack([-one, one, slopes])
+
+
+def classify(problem: Problem, space: Ritz, scene: np.ndarray, z: Array, middle: Middle, residual: Array) -> Equilibria:
+    """Everything worth knowing of polished solutions, in the frames of their chords.
+
+    Args:
+        problem: The scenes.
+        space: The discretisation of `z`.
+        scene: Scene of each solution, shape (n,).
+        z: Discretised solutions, shape (n, m + 2).
+        middle: Polished states.
+        residual: Largest unmet end condition of each.
+    """
+    trial, values, slopes = _nodes(*problem.judged, z.shape[1] - 2)
+    theta, kappa = z @ values.T, z @ slopes.T
+    force = middle.force
+    judged = stability_at_nodes(
+        trial,
+        theta,
+        kappa,
+        force,
+        z[:, :2],
+        start_clamped=problem.judged[0],
+        end_clamped=problem.judged[1],
+        torsion_ratio=problem.torsion_ratio,
+        chord=_chord(problem.excess[scene]),
+    )
+    probe = middle.jump(np.array([-0.5, -0.25, 0.5]))
+    # The discretised solution counts the turns, the polished state has the digits.
+    theta_middle = middle.theta + _TURN * np.rint((z @ space.middle[0] - middle.theta) / _TURN)
+    kappa_ends = probe.kappa[:, [0, 2]]
+    along, across = probe.along - probe.along[:, :1], probe.across - probe.across[:, :1]
+    frame = middle.compression
+    # Distances from the chord of the middle (minus the start, which lies at -s) and of the quarter point.
+    lift = -(np.sin(frame) * probe.along[:, 0] + np.cos(frame) * probe.across[:, 0])
+    quarter = np.sin(frame) * along[:, 1] + np.cos(frame) * across[:, 1]
+    size = np.maximum(np.abs(lift), np.abs(quarter))
+    side = np.where(np.abs(lift) > 1e-9 * np.maximum(size, 1e-300), np.sign(lift), np.sign(quarter)).astype(int)
+    inside = np.column_stack([kappa_ends[:, :1], kappa, kappa_ends[:, 1:]])
+    largest = np.max(np.abs(inside), axis=1)
+    inside = np.where(np.abs(inside) < 1e-9 * largest[:, None], 0.0, inside)
+    inflections = _sign_changes(inside)
+    # Between its ends the curvature is greatest where the tangent meets the compression, and is 2 W there.
+    lean = theta - (frame + theta_middle - middle.theta)[:, None]
+    crossing = _sign_changes(
+        np.sin(
+            np.column_stack([z[:, :1] - theta[:, :1] + lean[:, :1], lean, z[:, 1:2] - theta[:, -1:] + lean[:, -1:]])
+            / 2.0
+        )
+    )
+    peak = np.sqrt(middle.kappa**2 + (2.0 * middle.omega * _sine_half(middle)) ** 2)
+    kappa_max = np.where(crossing > 0, peak, np.max(np.abs(kappa_ends), axis=1))
+    energy = _bending(middle, z, probe.square[:, 2] - probe.square[:, 0])
+    turned = theta_middle[:, None] + probe.turn[:, [0, 2]]
+    zero = np.zeros(len(scene))
+    return Equilibria(
+        scene=scene,
+        theta=theta_middle,
+        kappa=middle.kappa,
+        lean=middle.lean,
+        direction=middle.direction,
+        omega=middle.omega,
+        tension=middle.tension,
+        force=force,
+        theta0=z[:, 0] if problem.start_clamped else turned[:, 0],
+        theta1=z[:, 1] if problem.end_clamped else turned[:, 1],
+        kappa0=kappa_ends[:, 0],
+        kappa1=kappa_ends[:, 1],
+        energy=energy,
+        kappa_max=kappa_max,
+        winding=np.zeros(len(scene), dtype=int),
+        inflections=inflections,
+        side=side,
+        residual=residual,
+        margin_in_plane=judged.in_plane,
+        margin_out_of_plane=judged.out_of_plane,
+        free_turn=np.broadcast_to(judged.free_turn, scene.shape),
+        taut=np.zeros(len(scene), dtype=bool),
+        a=zero,
+        b=zero,
+        z=padded(z, SHARP_MODES),
+        held=np.broadcast_to(problem.judged, (len(scene), 2)),
+        frame=zero,
+        excess=problem.excess[scene],
+    )
+
+
+def _bending(middle: Middle, z: Array, square: Array) -> Array:
+    """Bending energy, int kappa^2/2 = 2 int h^2 with h^2 = omega^2 c^2 + W^2 - omega^2; `square` is int c^2.
+
+    Small angles keep their digits only in the discretised form, which resolves them to rounding.
+    """
+    sine, cosine = np.sin(middle.lean / 2.0), np.cos(middle.lean / 2.0)
+    c, h = middle.omega * np.where(middle.tension, sine, cosine), middle.kappa / 2.0
+    exact = 2.0 * (middle.omega**2 * square - (c - h) * (c + h))
+    small = ((z[:, 1] - z[:, 0]) ** 2 + np.sum(z[:, 2:] ** 2, axis=1)) / 2.0
+    return np.where(np.max(np.abs(z), axis=1) < 0.05, small, exact)
+
+
+def _sine_half(middle: Middle) -> Array:
+    """sin of half the angle from the compression."""
+    value: Array = np.where(middle.tension, np.cos(middle.lean / 2.0), np.sin(middle.lean / 2.0))
+    return value
+
+
+def _sign_changes(rows: Array) -> np.ndarray:
+    """Sign changes along each row, zeros at its ends and inside not counted twice."""
+    signs = np.sign(rows)
+    for i in range(1, signs.shape[1]):
+        signs[:, i] = np.where(signs[:, i] == 0.0, signs[:, i - 1], signs[:, i])
+    changes: np.ndarray = np.count_nonzero(signs[:, 1:] * signs[:, :-1] < 0.0, axis=1)
+    return changes
+
+
+def classify_taut(pulled: Taut, problem: Problem) -> Equilibria:
+    """The same for taut cables in closed form."""
+    inside, outside, free = _taut_margins(pulled, problem)
+    w = pulled.omega
+    ends = pulled.curvature(np.array([0.0, 1.0]))
+    cosine, sine = np.cos(pulled.direction), np.sin(pulled.direction)
+    along, across = pulled.position(np.array([0.25, 0.5, 1.0]))
+    height = sine[:, None] * along + cosine[:, None] * across
+    reach = cosine * along[:, 2] - sine * across[:, 2]
+    side = np.where(
+        np.abs(height[:, 1]) > 1e-9 * np.max(np.abs(height), axis=1), np.sign(height[:, 1]), np.sign(height[:, 0])
+    )
+    held = np.array(problem.kind)
+    theta0, theta1 = pulled.direction + pulled.a, pulled.direction + pulled.b
+    missing = [np.abs(reach - (1.0 - problem.excess[pulled.scene])), np.abs(height[:, 2])]
+    for end, angle in ((0, theta0), (1, theta1)):
+        if held[end]:
+            missing.append(np.abs(wrap(angle - problem.targets[pulled.scene, end])))
+    zero = np.zeros(len(w))
+    beyond = np.maximum(np.abs(pulled.a), np.abs(pulled.b)) > np.pi
+    middle = pulled.psi(np.array([0.5]))[:, 0]
+    return Equilibria(
+        scene=pulled.scene,
+        theta=pulled.direction + middle,
+        kappa=pulled.curvature(np.array([0.5]))[:, 0],
+        lean=middle,
+        direction=pulled.direction,
+        omega=w,
+        tension=np.ones(len(w), dtype=bool),
+        force=(w * w)[:, None] * np.stack([cosine, sine], axis=-1),
+        theta0=theta0,
+        theta1=theta1,
+        kappa0=ends[:, 0],
+        kappa1=ends[:, 1],
+        energy=pulled.energy,
+        kappa_max=np.where(beyond, 2.0 * w, np.max(np.abs(ends), axis=1)),
+        winding=np.zeros(len(w), dtype=int),
+        inflections=(pulled.a * pulled.b > 0.0).astype(int),
+        side=side.astype(int),
+        residual=np.max(missing, axis=0),
+        margin_in_plane=inside,
+        margin_out_of_plane=outside,
+        free_turn=free,
+        taut=np.ones(len(w), dtype=bool),
+        a=pulled.a,
+        b=pulled.b,
+        z=np.zeros((len(w), SHARP_MODES + 2)),
+        held=np.broadcast_to(problem.judged, (len(w), 2)),
+        frame=zero,
+        excess=problem.excess[pulled.scene],
+    )
+
+
+def _taut_margins(pulled: Taut, problem: Problem) -> tuple[Array, Array, np.ndarray]:
+    """Margins in closed form; where their relative error 1/omega could hide the sign, by trial functions."""
+    inside, outside = pulled.margins()
+    free = np.zeros(len(inside), dtype=bool)
+    w = pulled.omega
+    for i in np.flatnonzero(np.minimum(np.abs(inside), np.abs(outside)) < 10.0 * w):
+        one = pulled.take(np.array([i]))
+        judged = stability(
+            lambda s, one=one: one.direction[0] + one.psi(np.atleast_1d(s))[0],
+            lambda s, one=one: one.curvature(np.atleast_1d(s))[0],
+            w[i] ** 2 * np.array([np.cos(one.direction[0]), np.sin(one.direction[0])]),
+            start_clamped=problem.start_clamped,
+            end_clamped=problem.end_clamped,
+            torsion_ratio=problem.torsion_ratio,
+            chord=_chord(problem.excess[one.scene])[0],
+        )
+        inside[i], outside[i], free[i] = judged.in_plane, judged.out_of_plane, judged.free_turn
+    return inside, outside, free
+
+
+def _chord(excess: Array) -> Array:
+    """From start to end in the frame of the chord, shape (n, 2)."""
+    return np.stack([1.0 - excess, np.zeros_like(excess)], axis=-1)
+
+
+def padded(z: Array, modes: int) -> Array:
+    """The same functions with more modes."""
+    out = np.zeros((len(z), modes + 2))
+    out[:, : z.shape[1]] = z
+    return out

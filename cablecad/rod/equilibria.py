@@ -1,0 +1,202 @@
+"""Equilibria of planar rods as arrays: shapes at any arclength, joining, ordering."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from cablecad.rod.polish import Middle
+from cablecad.rod.stability import NEUTRAL
+from cablecad.rod.taut import Taut, wrap
+from cablecad.rod.trial import Array
+
+SHARP_MODES = 44
+"""Legendre modes of the finest discretisation: boundary layers of omega = 36 to 1e-8."""
+
+_TURN = 2.0 * np.pi
+
+
+@dataclass(frozen=True, slots=True)
+class Equilibria:
+    """Equilibria of many scenes, arrays of shape (n,) sorted by scene, in-plane stable ones first, each by energy.
+
+    Angles are absolute; theta(0) is the given start angle where the start is a clamp.
+
+    Attributes:
+        scene: Index of the scene.
+        theta: Angle at mid-span, in the turn that leads to theta0.
+        kappa: Curvature at mid-span.
+        lean, direction, omega, tension: The same state in the frame of the force: theta = direction + lean but for
+            full turns, n = +-omega^2 (cos direction, sin direction), + where `tension`. Under tension at large omega
+            only `lean` has the digits that matter.
+        force: n, shape (n, 2).
+        theta0, theta1, kappa0, kappa1: Angles and curvatures at the ends.
+        energy: Bending energy.
+        kappa_max: Greatest |curvature|.
+        winding: Full turns of theta1 beyond the given end angle; 0 where an end is a pin.
+        inflections: Zeros of the curvature strictly inside.
+        side: +1 where the middle lies left of the chord, -1 right; where on it, that of the quarter point.
+        residual: Largest unmet end condition.
+        margin_in_plane, margin_out_of_plane: Least eigenvalues, see `stability`.
+        free_turn: Whether a turn about a free axis was left out of the latter.
+        taut: Whether the shape is the closed form of `Taut` rather than the flow from mid-span.
+        a, b: Angles from n at the ends of a taut cable, else 0.
+        z: Angles at the ends and Legendre coefficients in the frame of the chord, shape (n, 46): a warm start.
+        held: Whether start and end are clamps, shape (n, 2).
+        frame: Angle of the chord, by which `z` is turned.
+        excess: 1 - chord.
+    """
+
+    scene: np.ndarray
+    theta: Array
+    kappa: Array
+    lean: Array
+    direction: Array
+    omega: Array
+    tension: np.ndarray
+    force: Array
+    theta0: Array
+    theta1: Array
+    kappa0: Array
+    kappa1: Array
+    energy: Array
+    kappa_max: Array
+    winding: np.ndarray
+    inflections: np.ndarray
+    side: np.ndarray
+    residual: Array
+    margin_in_plane: Array
+    margin_out_of_plane: Array
+    free_turn: np.ndarray
+    taut: np.ndarray
+    a: Array
+    b: Array
+    z: Array
+    held: np.ndarray
+    frame: Array
+    excess: Array
+
+    def __len__(self) -> int:
+        return len(self.scene)
+
+    @property
+    def stable_in_plane(self) -> np.ndarray:
+        """Whether each is a strict minimum in the plane."""
+        return self.margin_in_plane > NEUTRAL
+
+    @property
+    def stable_out_of_plane(self) -> np.ndarray:
+        """Whether each is one out of the plane, free turns left out."""
+        return self.margin_out_of_plane > NEUTRAL
+
+    def take(self, index: Any) -> Equilibria:
+        """Some of them."""
+        return Equilibria(*(getattr(self, f.name)[index] for f in fields(self)))
+
+    def of(self, scene: int) -> Equilibria:
+        """Those of one scene, best first."""
+        low, high = np.searchsorted(self.scene, [scene, scene + 1])
+        return self.take(slice(low, high))
+
+    def at(self, s: Array) -> tuple[Array, Array, Array]:
+        """Angle, curvature and position at arclengths `s`, shape (k,): shapes (n, k), (n, k), (n, k, 2)."""
+        s = np.asarray(s, dtype=float)
+        theta, kappa = np.empty((len(self), len(s))), np.empty((len(self), len(s)))
+        position = np.empty((len(self), len(s), 2))
+        rod, pulled = np.flatnonzero(~self.taut), np.flatnonzero(self.taut)
+        if len(rod):
+            middle = Middle(*(getattr(self, f.name)[rod] for f in fields(Middle)))
+            there, begin = middle.jump(s - 0.5), middle.jump(np.array([-0.5]))
+            theta[rod], kappa[rod] = self.theta[rod, None] + there.turn, there.kappa
+            along, across = there.along - begin.along, there.across - begin.across
+            cosine, sine = np.cos(middle.compression)[:, None], np.sin(middle.compression)[:, None]
+            position[rod] = np.stack([cosine * along - sine * across, sine * along + cosine * across], axis=-1)
+        if len(pulled):
+            shape = Taut(pulled, *(getattr(self, name)[pulled] for name in ("direction", "omega", "a", "b", "winding")))
+            theta[pulled] = shape.psi(s) + (self.theta0[pulled] - self.a[pulled])[:, None]
+            kappa[pulled] = shape.curvature(s)
+            along, across = shape.position(s)
+            cosine, sine = np.cos(shape.direction)[:, None], np.sin(shape.direction)[:, None]
+            position[pulled] = np.stack([cosine * along - sine * across, sine * along + cosine * across], axis=-1)
+        return theta, kappa, position
+
+
+def join(*parts: Equilibria) -> Equilibria:
+    """Equilibria of several searches, duplicates of the same scene dropped."""
+    if not parts:
+        return none()
+    joined = Equilibria(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Equilibria)))
+    if not len(joined):
+        return joined
+    # Relative to the size of the shape, by its state in the middle and its turn.
+    size = np.minimum(1.0, joined.kappa_max)
+    # Full turns common to a whole shape are no difference.
+    turns = joined.theta - joined.theta0 + 0.17 * (joined.theta1 - joined.theta0) + 0.07 * np.sin(joined.theta0)
+    signature = (turns + 0.31 * joined.kappa / (1.0 + joined.omega)) / size
+    order = np.lexsort((signature, joined.scene))
+    scene, signature, energy = joined.scene[order], signature[order], joined.energy[order]
+    fresh = np.ones(len(order), dtype=bool)
+    fresh[1:] = (
+        (np.diff(scene) != 0)
+        | (np.abs(np.diff(signature)) > 1e-6)
+        | (np.abs(np.diff(energy)) > 1e-6 * (energy[1:] + energy[:-1]))
+    )
+    return joined.take(np.sort(order[fresh]))
+
+
+def none() -> Equilibria:
+    """No equilibria."""
+    empty = {f.name: np.zeros(0) for f in fields(Equilibria)}
+    for name in ("scene", "winding", "inflections", "side"):
+        empty[name] = np.zeros(0, dtype=int)
+    for name in ("tension", "free_turn", "taut"):
+        empty[name] = np.zeros(0, dtype=bool)
+    empty |= {"force": np.zeros((0, 2)), "z": np.zeros((0, SHARP_MODES + 2)), "held": np.zeros((0, 2), dtype=bool)}
+    return Equilibria(**empty)
+
+
+def absolute(found: Equilibria, start: Array, end: Array, frame: Array) -> Equilibria:
+    """From the frames of the chords to the given one, where the start and end angles are `start` and `end`."""
+    if not len(found):
+        return found
+    given = frame[found.scene]
+    begin = np.where(found.held[:, 0], start[found.scene], wrap(found.theta0 + given))
+    shift = begin - found.theta0
+    theta1 = found.theta1 + shift
+    both = found.held.all(axis=1)
+    cosine, sine = np.cos(given), np.sin(given)
+    force = np.stack(
+        [cosine * found.force[:, 0] - sine * found.force[:, 1], sine * found.force[:, 0] + cosine * found.force[:, 1]],
+        axis=-1,
+    )
+    return replace(
+        found,
+        theta=found.theta + shift,
+        theta0=begin,
+        theta1=theta1,
+        direction=found.direction + given,
+        force=force,
+        winding=np.where(both, np.rint((theta1 - end[found.scene]) / _TURN), 0.0).astype(int),
+        frame=given,
+    )
+
+
+def ranked(found: Equilibria) -> Equilibria:
+    """Sorted by scene, the stable ones in the plane first, each by energy; twins by side and winding.
+
+    Twins have one energy but for rounding: left to themselves they would change places from machine to machine.
+    """
+    if not len(found):
+        return found
+    order = np.lexsort((found.energy, ~found.stable_in_plane, found.scene))
+    found = found.take(order)
+    energy = found.energy
+    new = np.ones(len(order), dtype=bool)
+    new[1:] = (
+        (np.abs(np.diff(energy)) > 1e-9 * energy[1:])
+        | (np.diff(found.scene) != 0)
+        | (np.diff(found.stable_in_plane.astype(int)) != 0)
+    )
+    return found.take(np.lexsort((found.winding, -found.side, np.cumsum(new))))

@@ -1,0 +1,130 @@
+"""Solved shapes as pieces of a centreline, in mm: the exact flow from mid-span, and the taut closed form.
+
+Both take a shape of length one from the solver and give it its length and its place. Shapes of every regime are the
+same piece: the formulas of `cablecad.rod.flow` divide by nothing that vanishes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from cablecad.centreline import Array, Frames, Placement
+from cablecad.rod.elastica import curvature_derivatives
+from cablecad.rod.polish import Middle
+from cablecad.rod.taut import Taut
+
+
+class _Local(NamedTuple):
+    """A shape in the frame of its compression -n, over its length: position, cos and sin of psi, curvature."""
+
+    x: Array
+    y: Array
+    cosine: Array
+    sine: Array
+    kappa: Array
+
+
+@dataclass(frozen=True)
+class _Shape:
+    """What the two pieces share; `placement.e1` lies along the compression -n (any direction where there is none)."""
+
+    placement: Placement
+    length: float
+
+    def _local(self, s: Array) -> _Local:
+        raise NotImplementedError  # pragma: no cover - both pieces define it
+
+    @property
+    def _omega(self) -> float:
+        raise NotImplementedError  # pragma: no cover - both pieces define it
+
+    @property
+    def force(self) -> float:
+        """P, the size of the force per unit EI [1/mm^2]."""
+        return (self._omega / self.length) ** 2
+
+    def frames(self, s: Array) -> Frames:
+        """Positions and frames at `s`, shape (n, 3) each."""
+        at = self._local(s / self.length)
+        return self.placement.frames(self.length * at.x, self.length * at.y, at.cosine, at.sine)
+
+    def bishop(self, s: Array, order: int) -> Array:
+        """Derivatives 0..order of the curvature, in the first of the two components."""
+        at = self._local(s / self.length)
+        values = np.zeros((order + 1, len(s), 2))
+        values[:, :, 0] = curvature_derivatives(at.kappa / self.length, at.sine, at.cosine, self.force, order)
+        return values
+
+    def greatest_curvature(self) -> tuple[float, float]:
+        """At an end, or at a crest of |kappa|, where kappa' = 0, refined by Newton from samples."""
+        s = np.linspace(0.0, self.length, 65 + 8 * int(self._omega))
+        kappa = np.abs(self.bishop(s, 0)[0, :, 0])
+        i = int(np.argmax(kappa))
+        best = float(s[i])
+        for _ in range(6):
+            slope, bend = self.bishop(np.array([best]), 2)[1:, 0, 0]
+            step = -slope / bend if bend != 0.0 else 0.0
+            if abs(step) > s[1]:
+                break
+            best = min(max(best + step, 0.0), self.length)
+        refined = float(np.abs(self.bishop(np.array([best]), 0)[0, 0, 0]))
+        return (refined, best) if refined >= kappa[i] else (float(kappa[i]), float(s[i]))
+
+
+@dataclass(frozen=True)
+class Elastica(_Shape):
+    """A stretch of any elastica, from its state at mid-span.
+
+    Attributes:
+        placement: Origin at the start; e1 along the compression.
+        length: [mm].
+        middle: The state of a rod of length one, arrays of shape (1,).
+    """
+
+    middle: Middle
+
+    @property
+    def _omega(self) -> float:
+        return float(self.middle.omega[0])
+
+    @cached_property
+    def _start(self) -> tuple[float, float]:
+        at = self.middle.jump(np.array([-0.5]))
+        return float(at.along[0, 0]), float(at.across[0, 0])
+
+    def _local(self, s: Array) -> _Local:
+        at = self.middle.jump(s - 0.5)
+        p, c = at.p[0], at.c[0]
+        return _Local(
+            at.along[0] - self._start[0],
+            at.across[0] - self._start[1],
+            c * c - p * p,
+            2.0 * p * c,
+            at.kappa[0],
+        )
+
+
+@dataclass(frozen=True)
+class TautCable(_Shape):
+    """A cable pulled nearly straight between clamps that look elsewhere: two boundary layers.
+
+    Attributes:
+        placement: Origin at the start; e1 along the compression, against the pull.
+        length: [mm].
+        shape: The closed form for a rod of length one, arrays of shape (1,).
+    """
+
+    shape: Taut
+
+    @property
+    def _omega(self) -> float:
+        return float(self.shape.omega[0])
+
+    def _local(self, s: Array) -> _Local:
+        along, across = self.shape.position(s)
+        psi = self.shape.psi(s)[0]  # from the tension; the compression is half a turn away
+        return _Local(-along[0], -across[0], -np.cos(psi), -np.sin(psi), self.shape.curvature(s)[0])

@@ -1,0 +1,297 @@
+"""Minimise the bending energy of a rod between two points over Legendre modes: a batched SQP, and Newton's method.
+
+theta(s) = a0 (1 - s) + a1 s + sum c_j B_j(s), B_j the integrals of orthonormal Legendre polynomials, so that the energy
+is (a1 - a0)^2/2 + |c|^2/2. Angles are from the chord; the end is then met where
+
+    int 2 sin^2(theta/2) ds = excess,   int sin(theta) ds = 0,
+
+which keeps all digits of a hair of slack. With multipliers (n_x, -n_y) the Lagrangian's Hessian is the energy's plus
+int (n.t) phi_i phi_j ds. a0 and a1 are given at a clamp and unknown at a pin.
+
+Rows of arrays are independent problems: scenes, windings and starts go through one iteration together.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from cablecad.rod.trial import Array, gauss_legendre, legendre
+
+_CAP = 1.0
+"""Largest change of an angle in one step [rad]; beyond it the quadratic model of sin and cos means nothing."""
+
+_FLOOR = 0.05
+"""Least curvature of the model along a direction; negative curvature is taken as positive so that steps descend."""
+
+_BACK = 4.0
+"""Longest step towards the constraints; near a straight shape their rows are almost dependent and ask for more."""
+
+_COARSE = 1e-2
+"""Relative change of the angles at which the descent ends: Newton's method on the fine modes takes over."""
+
+_NEAR = 0.3
+"""The same for what is left after the last iteration: good enough to be tried."""
+
+ITERATIONS = 16
+"""Enough for 99 % of random starts; others are mostly on their way to a minimum another start has found."""
+
+_SIGNS = np.array([1.0, -1.0])
+
+
+@dataclass(frozen=True, slots=True)
+class Ritz:
+    """The functions of a discretisation at its quadrature nodes.
+
+    Attributes:
+        s: Gauss nodes, shape (q,).
+        weights: Gauss weights, shape (q,).
+        functions: 1 - s, s and the modes at the nodes, shape (q, m + 2).
+        halves: Half of `functions`, transposed: half the angles are what cos(theta) - 1 needs.
+        stiffness: Of the energy, shape (m + 2, m + 2).
+        free: Indices of the unknowns: the modes, and a0, a1 where they are pins.
+        middle: Functions at s = 1/2, and in the second row their slopes, shape (2, m + 2).
+    """
+
+    s: Array
+    weights: Array
+    functions: Array
+    halves: Array
+    stiffness: Array
+    free: np.ndarray
+    middle: Array
+
+
+@lru_cache(maxsize=32)
+def ritz(start_clamped: bool, end_clamped: bool, modes: int) -> Ritz:
+    """The discretisation for given ends; 1.5 Gauss points a mode and a few integrate sin(theta) as well as theta."""
+    s, weights = gauss_legendre((3 * modes) // 2 + 6)
+    _, integrals = legendre(s, modes)
+    half = np.array([0.5])
+    slopes, values = legendre(half, modes)
+    functions = np.column_stack([1.0 - s, s, integrals])
+    middle = np.stack([np.r_[0.5, 0.5, values[0]], np.r_[-1.0, 1.0, slopes[0]]])
+    stiffness = np.eye(modes + 2)
+    stiffness[0, 1] = stiffness[1, 0] = -1.0
+    ends = [i for i, clamped in enumerate((start_clamped, end_clamped)) if not clamped]
+    return Ritz(s, weights, functions, functions.T / 2.0, stiffness, np.array([*ends, *range(2, modes + 2)]), middle)
+
+
+def gap(space: Ritz, z: Array, excess: Array) -> tuple[Array, Array, Array]:
+    """sin(theta), cos(theta) at the nodes, shape (n, q), and what is missing at the end, shape (n, 2)."""
+    half = z @ space.halves
+    s = np.sin(half)
+    sine, short = np.sin(2.0 * half), 2.0 * s * s
+    miss = np.empty((len(z), 2))
+    miss[:, 0], miss[:, 1] = short @ space.weights - excess, sine @ space.weights
+    return sine, 1.0 - short, miss
+
+
+def hessian(space: Ritz, tension: Array, functions: Array, stiffness: Array) -> Array:
+    """Hessian of the Lagrangian in given functions, from n.t at the nodes, shape (n, d, d)."""
+    weighted = functions.T * (tension * space.weights)[:, None, :]
+    product: Array = weighted @ functions
+    product += stiffness
+    return product
+
+
+def descend(space: Ritz, z: Array, excess: Array, *, iterations: int = ITERATIONS) -> tuple[Array, Array, Array]:
+    """Sequential quadratic programming towards local minima.
+
+    Args:
+        space: Coarse: a dozen modes.
+        z: Starts, shape (n, m + 2); a0 and a1 of clamps stay as they are.
+        excess: 1 - chord, shape (n,).
+        iterations: At most so many.
+
+    Returns:
+        z; multipliers as the force (n_x, n_y), shape (n, 2); whether a minimum was reached or is near, shape (n,).
+    """
+    out, force, reached = z.copy(), np.zeros((len(z), 2)), np.zeros(len(z), dtype=bool)
+    index = np.arange(len(z))
+    functions, stiffness = space.functions[:, space.free], space.stiffness[np.ix_(space.free, space.free)]
+    rows, turned = functions * space.weights[:, None], functions.T.copy()
+    z, lam, weight = z.copy(), np.zeros((len(z), 2)), np.ones(len(z))
+    sine, cosine, miss = gap(space, z, excess)
+    energy = _energy(z)
+    for step_count in range(iterations):
+        normal = np.stack([sine @ rows, cosine @ rows], axis=1)
+        slope = (z @ space.stiffness)[:, space.free]
+        unit, triangle = _orthonormal(normal)
+        if step_count == 0:
+            lam = _multipliers(triangle, np.einsum("nij,nj->ni", unit, slope))
+        form = hessian(space, lam[:, :1] * cosine - lam[:, 1:] * sine, functions, stiffness)
+        back = _solve_lower(triangle, -miss)
+        back *= np.minimum(1.0, _BACK / np.sqrt(np.einsum("ni,ni->n", back, back) + 1e-300))[:, None]
+        across = np.einsum("ni,nij->nj", back, unit)
+        image = np.einsum("nij,nj->ni", form, across) + slope
+        tangential, least = _newton(form, unit, image)
+        step = across + tangential
+        new = _multipliers(triangle, np.einsum("nij,nj->ni", unit, image + np.einsum("nij,nj->ni", form, tangential)))
+        bend = np.abs(step @ turned).max(axis=1)
+        shrink = np.minimum(1.0, _CAP / np.maximum(bend, 1e-300))
+        weight = np.maximum(weight, 1.5 * np.abs(new).max(axis=1))
+        move = np.zeros_like(z)
+        move[:, space.free] = step * shrink[:, None]
+        merit = energy + weight * np.abs(miss).sum(axis=1)
+        z, sine, cosine, miss, energy = _search(space, z, move, excess, merit, weight)
+        lam = lam + (new - lam) * shrink[:, None]
+        left = np.abs(miss).max(axis=1)
+        size = np.minimum(1.0, np.abs(sine).max(axis=1) + np.sqrt(excess))
+        done = (bend < _COARSE * size) & (left < _COARSE * size * size)
+        last = step_count == iterations - 1
+        if last:
+            done = (bend < _NEAR * size) & (left < _NEAR * size * size)
+        if done.any():
+            at = index[done]
+            out[at], reached[at] = z[done], least[done] > 0.0
+            force[at] = new[done] * _SIGNS
+            keep = ~done
+            if last or not keep.any():
+                break
+            index, z, lam, excess, weight, energy = (v[keep] for v in (index, z, lam, excess, weight, energy))
+            sine, cosine, miss = sine[keep], cosine[keep], miss[keep]
+    return out, force, reached
+
+
+def first_force(space: Ritz, z: Array) -> Array:
+    """The force (n_x, n_y) that comes closest to holding shapes that are no equilibria, shape (n, 2)."""
+    sine, cosine, _ = gap(space, z, np.zeros(len(z)))
+    rows = space.functions[:, space.free] * space.weights[:, None]
+    unit, triangle = _orthonormal(np.stack([sine @ rows, cosine @ rows], axis=1))
+    force: Array = _multipliers(triangle, np.einsum("nij,nj->ni", unit, (z @ space.stiffness)[:, space.free])) * _SIGNS
+    return force
+
+
+def _search(
+    space: Ritz, z: Array, move: Array, excess: Array, merit: Array, weight: Array
+) -> tuple[Array, Array, Array, Array, Array]:
+    """Halve steps that do not lower `merit`, energy + weight |miss|, at most three times."""
+    trial = z + move
+    sine, cosine, miss = gap(space, trial, excess)
+    energy = _energy(trial)
+    worse = np.flatnonzero(~(energy + weight * np.abs(miss).sum(axis=1) <= merit * (1.0 + 1e-12)))
+    scale = 1.0
+    for _ in range(3):
+        if not len(worse):
+            break
+        scale /= 2.0
+        trial[worse] = z[worse] + scale * move[worse]
+        sine[worse], cosine[worse], miss[worse] = gap(space, trial[worse], excess[worse])
+        energy[worse] = _energy(trial[worse])
+        after = energy[worse] + weight[worse] * np.abs(miss[worse]).sum(axis=1)
+        worse = worse[~(after <= merit[worse] * (1.0 + 1e-12))]
+    return trial, sine, cosine, miss, energy
+
+
+def _energy(z: Array) -> Array:
+    difference, bends = z[:, 1] - z[:, 0], z[:, 2:]
+    energy: Array = (difference * difference + np.einsum("ij,ij->i", bends, bends)) / 2.0
+    return energy
+
+
+def _orthonormal(rows: Array) -> tuple[Array, Array]:
+    """Orthonormal rows and the triangle T with rows = T unit; a row that vanishes gets a unit of zero and T = 1."""
+    first, second = rows[:, 0], rows[:, 1]
+    # The cosine row never vanishes together with the sine row; starting from it serves straight cables best.
+    n2 = np.sqrt(np.sum(second * second, axis=1))
+    u2 = second / np.maximum(n2, 1e-300)[:, None]
+    t = np.sum(first * u2, axis=1)
+    rest = first - t[:, None] * u2
+    n1 = np.sqrt(np.sum(rest * rest, axis=1))
+    dead = n1 <= 1e-12 * np.maximum(n2, 1e-12)
+    u1 = np.where(dead[:, None], 0.0, rest / np.where(dead, 1.0, n1)[:, None])
+    return np.stack([u1, u2], axis=1), np.stack([np.where(dead, 1.0, n1), t, n2], axis=1)
+
+
+def _solve_lower(triangle: Array, right: Array) -> Array:
+    """y with n1 y1 + t y2 = right1 and n2 y2 = right2."""
+    y2 = right[:, 1] / np.maximum(triangle[:, 2], 1e-12)
+    return np.stack([(right[:, 0] - triangle[:, 1] * y2) / triangle[:, 0], y2], axis=1)
+
+
+def _multipliers(triangle: Array, along: Array) -> Array:
+    """Least-squares multipliers of gradient + rows^T lam = 0, from the gradient's components along the unit rows."""
+    l1 = -along[:, 0] / triangle[:, 0]
+    return np.stack([l1, (-along[:, 1] - triangle[:, 1] * l1) / np.maximum(triangle[:, 2], 1e-12)], axis=1)
+
+
+def _newton(form: Array, unit: Array, gradient: Array) -> tuple[Array, Array]:
+    """Step in the null space of `unit` with negative curvature made positive, and the least curvature there."""
+    across = np.swapaxes(unit, 1, 2)
+    image = form @ across
+    # P form P + unit^T unit = form - (image - unit^T (unit image + 1)/2) unit - transposed.
+    half = (image - across @ ((unit @ image + np.eye(2)) / 2.0)) @ unit
+    values, vectors = np.linalg.eigh(form - half - np.swapaxes(half, 1, 2))
+    flat = gradient - np.einsum("ni,nij->nj", np.einsum("nij,nj->ni", unit, gradient), unit)
+    parts = np.einsum("ni,nij->nj", flat, vectors) / np.maximum(np.abs(values), _FLOOR)
+    step = -np.einsum("nij,nj->ni", vectors, parts)
+    return step - np.einsum("ni,nij->nj", np.einsum("nij,nj->ni", unit, step), unit), values[:, 0]
+
+
+def respond(space: Ritz, z: Array, force: Array) -> tuple[Array, Array]:
+    """The equations of a small change of an elastica, factored for all right sides one may ask for.
+
+    Returns:
+        Matrix of the bordered system, shape (n, d + 2, d + 2), for unknowns (free z, n_x, -n_y), and tension n.t at
+        the nodes.
+    """
+    functions = space.functions[:, space.free]
+    sine, cosine, _ = gap(space, z, np.zeros(len(z)))
+    tension = force[:, :1] * cosine + force[:, 1:] * sine
+    d = len(space.free)
+    system = np.zeros((len(z), d + 2, d + 2))
+    system[:, :d, :d] = hessian(space, tension, functions, space.stiffness[np.ix_(space.free, space.free)])
+    system[:, d, :d] = (sine * space.weights) @ functions
+    system[:, d + 1, :d] = (cosine * space.weights) @ functions
+    system[:, :d, d:] = np.swapaxes(system[:, d:, :d], 1, 2)
+    return system, tension
+
+
+def newton(space: Ritz, z: Array, force: Array, excess: Array, *, iterations: int = 8) -> tuple[Array, Array, Array]:
+    """Newton's method on the stationarity conditions, towards whatever equilibrium is near.
+
+    Returns:
+        z, force, and the last relative change of the angles, shape (n,): above 1e-6 it did not converge.
+    """
+    z, force = z.copy(), force.copy()
+    functions = space.functions[:, space.free]
+    d = len(space.free)
+    change = np.full(len(z), np.inf)
+    rows = np.arange(len(z))
+    for _ in range(iterations):
+        system, _ = respond(space, z[rows], force[rows])
+        _, _, miss = gap(space, z[rows], excess[rows])
+        lam = force[rows] * np.array([1.0, -1.0])
+        slope = (z[rows] @ space.stiffness)[:, space.free] + (lam[:, None, :] @ system[:, d:, :d])[:, 0]
+        right = -np.concatenate([slope, miss], axis=1)
+        step = solve(system, right[:, :, None])[:, :, 0]
+        bend = np.max(np.abs(step[:, :d] @ functions.T), axis=1)
+        shrink = np.minimum(1.0, _CAP / np.maximum(bend, 1e-300))[:, None]
+        moved = z[rows]
+        moved[:, space.free] += shrink * step[:, :d]
+        z[rows] = moved
+        force[rows] += shrink * step[:, d:] * np.array([1.0, -1.0])
+        scale = np.minimum(1.0, np.max(np.abs(moved @ space.functions.T), axis=1))
+        change[rows] = bend / np.maximum(scale, 1e-300)
+        # The next change is the square of this one: 1e-7 leaves rounding.
+        rows = rows[change[rows] > 1e-7]
+        if not len(rows):
+            break
+    return z, force, change
+
+
+def solve(system: Array, right: Array) -> Array:
+    """Solve many systems; a singular one gives zeros instead of ending the batch."""
+    try:
+        return np.linalg.solve(system, right)
+    except np.linalg.LinAlgError:
+        out = np.zeros_like(right)
+        for i in range(len(system)):
+            try:
+                out[i] = np.linalg.solve(system[i], right[i])
+            except np.linalg.LinAlgError:
+                continue
+        return out

@@ -1,0 +1,227 @@
+"""Cables between clamps and pins in one plane: from ends and length to equilibria, one cable or many at once.
+
+Each cable is reduced to its free span, spans of one kind go through the planar solver together, and what comes back is
+given its length, its plane and its lead-outs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Sequence
+from functools import partial
+from typing import Literal
+
+import numpy as np
+
+from cablecad.centreline import Array, Centreline, Line, Piece, Placement
+from cablecad.errors import CablecadError, SolveError
+from cablecad.model import Cable
+from cablecad.rod.equilibria import Equilibria
+from cablecad.rod.pieces import Elastica, TautCable
+from cablecad.rod.planar import solve_planar
+from cablecad.rod.polish import Middle
+from cablecad.rod.solution import EndState, Equilibrium, RodSolution, Shape, choose
+from cablecad.rod.span import Span, span_of
+from cablecad.rod.stability import Stability
+from cablecad.rod.taut import Taut
+
+Search = Literal["answer", "wide"]
+
+SAME_ENERGY = 1e-9
+"""Relative difference of the energies of mirror twins: rounding, amplified by a hair of slack."""
+
+_FORCELESS = 1e-7
+"""Below this omega, force over EI times length squared of 1e-14, a shape is a circle or a line to rounding."""
+
+
+def solve_two_point(
+    cables: Sequence[Cable], lengths: Sequence[float], *, search: Search = "answer"
+) -> list[RodSolution | CablecadError]:
+    """Find the equilibria of cables of given lengths [mm] between two positions each, at least one of them a clamp.
+
+    Args:
+        cables: What holds them; spans of one kind and torsional stiffness are solved together.
+        lengths: Of each, beside its data.
+        search: "wide" for windings to -2..2 and more starts; taken too where a cable asks for another equilibrium
+            than the first.
+
+    Returns:
+        For each cable its solution, or the reason why it has none; none keeps the others from theirs.
+    """
+    results: list[RodSolution | CablecadError] = [SolveError("not solved")] * len(cables)
+    groups: dict[tuple[bool, bool, float | None, bool], list[tuple[int, Span]]] = defaultdict(list)
+    for i, (cable, length) in enumerate(zip(cables, lengths, strict=True)):
+        try:
+            span = span_of(cable, length)
+        except CablecadError as error:
+            results[i] = error
+            continue
+        wide = search == "wide" or cable.equilibrium != 0
+        groups[span.start_clamped, span.end_clamped, _torsion_ratio(cable, span), wide].append((i, span))
+    for (start_clamped, end_clamped, ratio, wide), members in groups.items():
+        spans = [span for _, span in members]
+        found = solve_planar(
+            np.array([span.start_angle for span in spans]),
+            np.array([span.end_angle for span in spans]),
+            np.array([span.end_point for span in spans]),
+            excess=np.array([span.excess for span in spans]),
+            start_clamped=start_clamped,
+            end_clamped=end_clamped,
+            torsion_ratio=ratio,
+            search="wide" if wide else "answer",
+        )
+        for j, (i, span) in enumerate(members):
+            try:
+                if found.result[j] != "solved":
+                    raise SolveError(
+                        f"no equilibrium was found to a residual of 1e-12 in {found.descents[j]} starts, although none "
+                        "is known to be impossible; change the length or an end a little"
+                    )
+                results[i] = _solution(cables[i], lengths[i], span, found.equilibria.of(j), int(found.descents[j]), ratio)
+            except CablecadError as error:
+                results[i] = error
+    return results
+
+
+def _torsion_ratio(cable: Cable, span: Span) -> float | None:
+    """GJ/EI where both ends hold the cable's spin and the ratio is known."""
+    if cable.material is None or not (span.start_clamped and span.end_clamped):
+        return None
+    GJ = cable.material.GJ(cable.section)
+    return None if GJ is None else GJ / cable.material.EI(cable.section)
+
+
+def _solution(
+    cable: Cable, length: float, span: Span, found: Equilibria, starts: int, ratio: float | None
+) -> RodSolution:
+    equilibria = tuple(_equilibrium(cable, span, found.take(slice(i, i + 1)), ratio) for i in range(len(found)))
+    index = choose(cable, equilibria)
+    chosen = equilibria[index]
+    begin, finish = np.array(cable.start_support.position), np.array(cable.end_support.position)  # type: ignore[union-attr]
+    chord = float(np.linalg.norm(finish - begin))
+    kinds = " and ".join("clamped" if held else "pinned" for held in (span.start_clamped, span.end_clamped))
+    reason = f"the ends ({kinds}) lie in one plane: planar elastica, {starts} starts over the windings that can win"
+    if len(equilibria) > 1 and abs(equilibria[1].energy_per_EI / chosen.energy_per_EI - 1.0) < SAME_ENERGY:
+        reason += "; the bulge decided between mirror twins"
+    return RodSolution(
+        cable=cable,
+        model="planar",
+        reason=reason,
+        equilibria=equilibria,
+        index=index,
+        length=length,
+        chord=chord,
+        slack=None if chord == 0.0 else cable.slack if cable.slack is not None else (length - chord) / chord,
+        rise=_rise(chosen.centreline, begin, finish),
+        end_angle_deg=_end_angle(chosen.start.direction, finish - begin),
+        residual=_residual(chosen, span, begin, finish, length),
+        out_of_plane_deg=math.degrees(span.out_of_plane),
+    )
+
+
+def _equilibrium(cable: Cable, span: Span, row: Equilibria, ratio: float | None) -> Equilibrium:
+    """One equilibrium of a rod of length one, given the span's length and place."""
+    spin: Literal["clamped", "free"] = "free" if ratio is None else "clamped"
+    judged = Stability(row.margin_in_plane[0], row.margin_out_of_plane[0], row.free_turn[0], spin)
+    return Equilibrium(
+        winding=int(row.winding[0]),
+        side=int(row.side[0]),
+        inflections=int(row.inflections[0]),
+        branch=_branch(row),
+        energy_per_EI=float(row.energy[0]) / span.length,
+        draw=partial(_draw, span, row),
+        judge=lambda: judged,
+        diameter=cable.diameter,
+    )
+
+
+def _branch(row: Equilibria) -> str:
+    """What the pendulum does: swings, goes over the top, or feels no force."""
+    omega, kappa = float(row.omega[0]), float(row.kappa[0])
+    if omega < _FORCELESS:
+        return "circle" if abs(kappa) > _FORCELESS else "line"
+    half = float(row.lean[0]) / 2.0
+    cosine = math.sin(half) if row.tension[0] else math.cos(half)  # of half the angle from the compression
+    return "inflexional" if abs(kappa) <= 2.0 * omega * abs(cosine) else "non-inflexional"
+
+
+def _draw(span: Span, row: Equilibria) -> Shape:
+    """The centreline with its lead-outs, and the supports' wrenches about the cable's own end points."""
+    if row.taut[0]:
+        turned = float(row.direction[0]) + math.pi
+        taut = Taut(np.zeros(1, dtype=int), row.direction, row.omega, row.a, row.b, row.winding)
+        free: Piece = TautCable(_placement(span, turned), span.length, taut)
+    else:
+        middle = Middle(row.lean, row.kappa, row.direction, row.omega, row.tension)
+        free = Elastica(_placement(span, float(middle.compression[0])), span.length, middle)
+    ends = free.frames(np.array([0.0, span.length]))
+    pieces: list[Piece] = [free]
+    tangents, normals = ends.tangent, ends.normal
+    begin, finish = span.start, ends.position[1]
+    if span.lead_out > 0.0:
+        begin = span.start - span.lead_out * tangents[0]
+        pieces.insert(0, Line(Placement(begin, tangents[0], normals[0]), span.lead_out))
+    if span.lead_in > 0.0:
+        pieces.append(Line(Placement(ends.position[1], tangents[1], normals[1]), span.lead_in))
+        finish = ends.position[1] + span.lead_in * tangents[1]
+    pull = (row.force[0, 0] * span.e1 + row.force[0, 1] * span.e2) / span.length**2
+    bend = np.array([row.kappa0[0] * span.start_clamped, row.kappa1[0] * span.end_clamped]) / span.length
+    start_moment = np.cross(span.start - begin, -pull) - bend[0] * span.e3
+    end_moment = np.cross(ends.position[1] - finish, pull) + bend[1] * span.e3
+    return Shape(
+        Centreline(pieces),
+        EndState(begin, tangents[0], 0.0 - pull, start_moment),
+        EndState(finish, tangents[1], pull, end_moment),
+    )
+
+
+def _placement(span: Span, angle: float) -> Placement:
+    """The frame at the span's start whose e1 is `angle` from the span's."""
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return Placement(span.start, cosine * span.e1 + sine * span.e2, cosine * span.e2 - sine * span.e1)
+
+
+def _residual(chosen: Equilibrium, span: Span, begin: Array, finish: Array, length: float) -> float:
+    """The largest unmet end condition of the delivered centreline: position over length, direction as an angle."""
+    centreline = chosen.centreline
+    ends = centreline.frames([0.0, centreline.length])
+    unmet = [float(np.linalg.norm(ends.position[i] - place)) / length for i, place in ((0, begin), (1, finish))]
+    kappa = centreline.curvature([0.0, centreline.length])
+    for i, (clamped, angle) in enumerate(((span.start_clamped, span.start_angle), (span.end_clamped, span.end_angle))):
+        if clamped:
+            wanted = math.cos(angle) * span.e1 + math.sin(angle) * span.e2
+            unmet.append(float(np.linalg.norm(ends.tangent[i] - wanted)))
+        else:
+            unmet.append(abs(float(kappa[i])) * length)
+    return max(unmet)
+
+
+def _end_angle(tangent: Array, chord: Array) -> float | None:
+    if not chord.any():
+        return None
+    return math.degrees(math.atan2(float(np.linalg.norm(np.cross(tangent, chord))), float(tangent @ chord)))
+
+
+def _rise(centreline: Centreline, begin: Array, finish: Array) -> float:
+    """Greatest distance from the chord (from the point, where the ends coincide), by Newton from samples [mm]."""
+    chord = finish - begin
+    size = float(np.linalg.norm(chord))
+    axis = chord / size if size > 0.0 else np.zeros(3)
+    s = np.linspace(0.0, centreline.length, 257)
+
+    def away(at: Array) -> Array:
+        off = centreline.position(at) - begin
+        across: Array = off - (off @ axis)[:, None] * axis
+        return across
+
+    best = s[np.argmax(np.linalg.norm(away(s), axis=1))]
+    for _ in range(4):
+        frames = centreline.frames(best)
+        across, tangent = away(best)[0], frames.tangent[0] - (frames.tangent[0] @ axis) * axis
+        bend = centreline.bishop(best)[0, 0] @ np.stack([frames.normal[0], frames.binormal[0]])
+        slope, curve = across @ tangent, tangent @ tangent + across @ bend
+        if curve >= 0.0:
+            break
+        best = min(max(best - slope / curve, 0.0), centreline.length)
+    return float(np.linalg.norm(away(np.append(s, best)), axis=1).max())
