@@ -51,7 +51,7 @@ _HOMES = {
     "cablecad.centreline": ("Arc", "Centreline", "Frames", "Line", "Placement"),
     "cablecad.rod.solution": ("EndState", "Equilibrium", "Result", "RodSolution"),
     "cablecad.scene": ("load_scene",),
-    "cablecad.pipeline": ("Built", "build", "build_scene", "solve", "write_step"),
+    "cablecad.pipeline": ("Built", "build", "build_scene", "solve", "solve_many", "write_step"),
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from os import PathLike, fspath
@@ -36,6 +36,9 @@ EXIT_ORDER = (1, 2, 5, 3, 4)
 
 WORST_DEVIATION = 1.0 / 20.0
 """A shape tolerance above this share of the radius is lowered to it: beyond it the tube is no tube."""
+
+Search = Literal["answer", "wide"]
+"""How far to look for equilibria: for the answer alone, or for more of them."""
 
 Progress = Callable[[str], None]
 """Called with the name of each cable or part as its turn comes."""
@@ -73,11 +76,18 @@ class Built:
 # --- one cable ----------------------------------------------------------------------------------------------------
 
 
-def solve(cable: Cable) -> RodSolution:
+def solve(cable: Cable, *, search: Search = "answer") -> RodSolution:
     """Solve a cable as an elastic rod; see `cablecad.rod.solve.solve_rod`."""
     from cablecad.rod.solve import solve_rod
 
-    return solve_rod(cable)
+    return solve_rod(cable, search=search)
+
+
+def solve_many(cables: Sequence[Cable], *, search: Search = "answer") -> list[RodSolution | CablecadError]:
+    """Solve cables together, never raising for one of them; see `cablecad.rod.solve.solve_many`."""
+    from cablecad.rod.solve import solve_many as solve_rods
+
+    return solve_rods(cables, search=search)
 
 
 def build(
@@ -235,29 +245,30 @@ class SceneRun:
             raise first
 
 
-def solve_scene(scene: Scene, *, progress: Progress | None = None) -> SceneRun:
-    """Solve every cable of a scene; one that has no solution does not keep the others from theirs.
+def solve_scene(scene: Scene, *, search: Search = "answer", progress: Progress | None = None) -> SceneRun:
+    """Solve the cables of a scene together; one that has no solution does not keep the others from theirs.
 
     Raises:
         SceneError: Data that contradict each other, of all cables at once.
     """
     run = SceneRun(scene)
-    begun = time.perf_counter()
+    with _timed(run.seconds, "cables"):
+        results = solve_many(scene.cables, search=search)
     mistakes: list[Mistake] = []
-    for cable in scene.cables:
+    for cable, result in zip(scene.cables, results, strict=True):
         _tell(progress, cable.name)
-        outcome = CableOutcome(cable)
+        # Solved together, the cables share the time.
+        outcome = CableOutcome(cable, seconds={"solve": run.seconds["cables"] / len(results)})
         run.outcomes.append(outcome)
-        try:
-            with _timed(outcome.seconds, "solve"):
-                outcome.solution = solve(cable)
-        except SceneError as error:
-            mistakes += [mistake.under(f"cables.{cable.name}") for mistake in error.mistakes]
-        except CablecadError as error:
-            _fail(run, outcome, error)
+        if isinstance(result, SceneError):
+            mistakes += [mistake.under(f"cables.{cable.name}") for mistake in result.mistakes]
+        elif isinstance(result, CablecadError):
+            _fail(run, outcome, result)
+        else:
+            outcome.solution = result
     if mistakes:
         raise SceneError(mistakes, source=str(scene.source or ""))
-    run.seconds["cables"] = run.seconds["total"] = time.perf_counter() - begun
+    run.seconds["total"] = run.seconds["cables"]
     return run
 
 

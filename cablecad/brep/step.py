@@ -82,9 +82,6 @@ _STATUS = {
     IFSelect_ReturnStatus.IFSelect_RetFail: "the text is no STEP",
 }
 
-_SHAPE_PACKAGES = ("StepShape", "StepGeom")
-"""Of Open Cascade: the entities that make shapes. Others, such as annotations, fail in many sound files."""
-
 _COLOURING = frozenset(
     f"StepVisual_{kind}"
     for kind in (
@@ -138,13 +135,17 @@ def read_step(path: str | PathLike[str]) -> Document:
         if OCP_VERSION.startswith("7.") and (b"\\" in data or not data.isascii()):
             _name_by_id(reader.ChangeReader().StepModel())
         broken = _failures(reader.ChangeReader().WS().ModelCheckList(False))
-        colorless = any(kind in _COLOURING for kind, _ in broken.values())
+        for place, kind, problem in broken:
+            if _makes_shapes(kind, problem):
+                shown = f"its entity {place} in order, {kind.partition('_')[2]}: {problem}"
+                raise ExchangeError(f"{path} is damaged ({shown}); {_REEXPORT}, or fetch it again")
+        colorless = any(kind in _COLOURING for _, kind, _ in broken)
         reader.SetColorMode(not colorless)
         document = Document(path.stem)
         if not reader.Transfer(document.handle) or document.is_empty:
             raise ExchangeError(f"{path} holds no shape; {_REEXPORT}, with its solids")
         lost = _failures(reader.ChangeReader().WS().TransferReader().TransientProcess().CheckList(False))
-    document.warnings = tuple(_warnings(lost | broken, document, colorless=colorless))
+    document.warnings = tuple(_warnings(lost, document, colorless=colorless))
     for warning in document.warnings:
         _log.warning("%s: %s", path, warning)
     return document
@@ -188,31 +189,32 @@ def _contents(path: Path) -> bytes:
         raise ExchangeError(f"{path} cannot be read: {error}; check the path") from error
 
 
-def _failures(checks: Interface_CheckIterator) -> dict[int, tuple[str, str]]:
-    """Place in the file of each entity that failed, to its kind and what was wrong with it."""
-    failed = {}
+def _failures(checks: Interface_CheckIterator) -> list[tuple[int, str, str]]:
+    """Of each entity that failed: its place in the file, its kind, and what is wrong with it."""
+    failed = []
     checks.Start()
     while checks.More():
         check = checks.Value()
         if check.NbFails():
-            failed[checks.Number()] = (type(check.Entity()).__name__, str(check.Fail(1).ToCString()).strip())
+            failed.append((checks.Number(), type(check.Entity()).__name__, str(check.Fail(1).ToCString()).strip()))
         checks.Next()
     return failed
 
 
-def _warnings(failed: dict[int, tuple[str, str]], document: Document, *, colorless: bool) -> Iterator[str]:
+def _makes_shapes(kind: str, problem: str) -> bool:
+    """Whether Open Cascade would make a shape of a broken entity, and might well kill the process over it."""
+    # A representation may hold annotations of kinds that Open Cascade does not know, and does in many sound files.
+    annotated = kind.endswith("Representation") and problem.endswith("illegal type")
+    return kind.startswith(("StepGeom_", "StepShape_")) and not annotated
+
+
+def _warnings(lost: list[tuple[int, str, str]], document: Document, *, colorless: bool) -> Iterator[str]:
     """What of a file is not there, which Open Cascade only says when asked."""
-    shapes = {
-        place: f"{kind.partition('_')[2]}: {problem}"
-        for place, (kind, problem) in failed.items()
-        # A representation fails over any of its items, which may be an annotation.
-        if kind.startswith(_SHAPE_PACKAGES) and not kind.endswith("Representation")
-    }
-    if shapes:
-        first = min(shapes)
+    if lost:
+        place, kind, problem = min(lost)
         yield (
-            f"{len(shapes)} of its entities could not be read, and what is made of them is missing; the first is "
-            f"entity {first} of the file, {shapes[first]}; {_REEXPORT}"
+            f"{len(lost)} of its entities could not be made into shapes, and are missing; the first is entity {place} "
+            f"in order, {kind.partition('_')[2]}: {problem}; {_REEXPORT}"
         )
     if colorless:
         yield f"its colours could not be read; {_REEXPORT}"

@@ -10,9 +10,6 @@ import signal
 from types import FrameType
 from typing import NoReturn
 
-INTERRUPTED = 130
-"""What shells say of a program that Ctrl-C ended: 128 + SIGINT."""
-
 
 class Interrupt:
     """The handler of SIGINT while the command line runs as a process of its own.

@@ -14,7 +14,8 @@ from typing import Any, TypeVar
 
 import click
 
-from cablecad.cli.interrupt import INTERRUPTED, interrupt
+from cablecad.cli import INTERRUPTED
+from cablecad.cli.interrupt import interrupt
 from cablecad.errors import CablecadError, ExchangeError
 
 F = TypeVar("F", bound=Callable[..., Any])

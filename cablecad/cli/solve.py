@@ -22,8 +22,14 @@ if TYPE_CHECKING:
     metavar="N",
     help="With --json: N points at equal arclengths, ends included.",
 )
+@click.option(
+    "--equilibria",
+    "wide",
+    is_flag=True,
+    help="Look for more equilibria: windings -2..2, more starts. The report lists all that were found.",
+)
 @verbosity_options
-def solve(scene_path: Path, as_json: bool, points: int | None) -> int:
+def solve(scene_path: Path, as_json: bool, points: int | None, wide: bool) -> int:
     """Solve SCENE and print one line a cable, or the report as JSON. No solids, no Open Cascade."""
     from cablecad.pipeline import solve_scene
     from cablecad.report import to_json
@@ -33,7 +39,7 @@ def solve(scene_path: Path, as_json: bool, points: int | None) -> int:
         say("warning: --points goes into the report: add --json to see it")
     scene = load_scene(scene_path)
     with progress_bar(len(scene.cables)) as progress:
-        run = solve_scene(scene, progress=progress)
+        run = solve_scene(scene, search="wide" if wide else "answer", progress=progress)
     if as_json:
         tell(to_json(run.report(points=points)), nl=False)
     else:

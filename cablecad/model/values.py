@@ -107,9 +107,10 @@ class Checked:
     __slots__ = ()
 
     def __post_init__(self) -> None:
-        for key in self.__slots__:
-            value = getattr(self, key)
-            if isinstance(value, Real) and type(value) not in (bool, int, float):  # a scalar of numpy's
+        keys: tuple[str, ...] = self.__slots__
+        for key in keys:
+            value: object = getattr(self, key)
+            if isinstance(value, Real) and type(value).__module__ == "numpy":
                 self._set(**{key: int(value) if isinstance(value, Integral) else float(value)})
         mistakes = list(self._mistakes())
         if mistakes:

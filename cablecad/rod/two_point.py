@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Literal
 
@@ -78,7 +78,9 @@ def solve_two_point(
                         f"no equilibrium was found to a residual of 1e-12 in {found.descents[j]} starts, although none "
                         "is known to be impossible; change the length or an end a little"
                     )
-                results[i] = _solution(cables[i], lengths[i], span, found.equilibria.of(j), int(found.descents[j]), ratio)
+                results[i] = _solution(
+                    cables[i], lengths[i], span, found.equilibria.of(j), int(found.descents[j]), ratio
+                )
             except CablecadError as error:
                 results[i] = error
     return results
@@ -95,14 +97,15 @@ def _torsion_ratio(cable: Cable, span: Span) -> float | None:
 def _solution(
     cable: Cable, length: float, span: Span, found: Equilibria, starts: int, ratio: float | None
 ) -> RodSolution:
-    equilibria = tuple(_equilibrium(cable, span, found.take(slice(i, i + 1)), ratio) for i in range(len(found)))
+    listed = [_equilibrium(cable, span, found.take(slice(i, i + 1)), ratio) for i in range(len(found))]
+    equilibria = tuple(_twins_by_bulge(listed, span))
     index = choose(cable, equilibria)
     chosen = equilibria[index]
     begin, finish = np.array(cable.start_support.position), np.array(cable.end_support.position)  # type: ignore[union-attr]
     chord = float(np.linalg.norm(finish - begin))
     kinds = " and ".join("clamped" if held else "pinned" for held in (span.start_clamped, span.end_clamped))
     reason = f"the ends ({kinds}) lie in one plane: planar elastica, {starts} starts over the windings that can win"
-    if len(equilibria) > 1 and abs(equilibria[1].energy_per_EI / chosen.energy_per_EI - 1.0) < SAME_ENERGY:
+    if any(other is not chosen and _same_energy(other, chosen) for other in equilibria):
         reason += "; the bulge decided between mirror twins"
     return RodSolution(
         cable=cable,
@@ -118,6 +121,32 @@ def _solution(
         residual=_residual(chosen, span, begin, finish, length),
         out_of_plane_deg=math.degrees(span.out_of_plane),
     )
+
+
+def _twins_by_bulge(listed: list[Equilibrium], span: Span) -> Iterator[Equilibrium]:
+    """Equilibria of one energy in the order of the bulge: by their middle, then by their quarter point."""
+    i = 0
+    while i < len(listed):
+        j = i + 1
+        while j < len(listed) and _same_energy(listed[i], listed[j]) and _alike(listed[i], listed[j]):
+            j += 1
+        yield from sorted(listed[i:j], key=lambda twin: _towards_bulge(twin, span)) if j > i + 1 else listed[i:j]
+        i = j
+
+
+def _same_energy(one: Equilibrium, other: Equilibrium) -> bool:
+    return abs(one.energy_per_EI - other.energy_per_EI) <= SAME_ENERGY * abs(one.energy_per_EI)
+
+
+def _alike(one: Equilibrium, other: Equilibrium) -> bool:
+    return bool(one.stability.stable_in_plane) == bool(other.stability.stable_in_plane)
+
+
+def _towards_bulge(twin: Equilibrium, span: Span) -> tuple[float, ...]:
+    """Heights of the middle and of the quarter point towards the bulge, negative; rounding counts as level."""
+    s = span.lead_out + span.length * np.array([0.5, 0.25])
+    height = (twin.centreline.position(s) - span.start) @ span.e2
+    return tuple(-np.round(height / span.length, 9))
 
 
 def _equilibrium(cable: Cable, span: Span, row: Equilibria, ratio: float | None) -> Equilibrium:

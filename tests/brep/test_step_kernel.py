@@ -110,12 +110,13 @@ from OCP.STEPControl import STEPControl_Reader, STEPControl_StepModelType, STEPC
 
 folder, whole = Path(sys.argv[1]), Path(sys.argv[2])
 data = whole.read_bytes()
-(folder / "lossy.stp").write_bytes(data.replace(b"VERTEX_POINT('',", b"VERTEX_POINT(',"))
+(folder / "damaged.stp").write_bytes(data.replace(b"VERTEX_POINT('',", b"VERTEX_POINT(',"))
+(folder / "lossy.stp").write_bytes(data.replace(b"DIRECTION('',(1.,0.,0.))", b"DIRECTION('',(0.,0.,0.))"))
 (folder / "bad.stp").write_bytes(b"ISO-10303-21;HEADER;ENDSEC;DATA;(('\\nENDSEC;\\nEND-ISO-10303-21;\\n")
 box = BRepPrimAPI_MakeBox(1.0, 2.0, 3.0).Solid()
 if sys.argv[3] == "ours":
     parts = read_parts([Part("a", whole)])
-    for name in ("lossy.stp", "bad.stp"):
+    for name in ("damaged.stp", "lossy.stp", "bad.stp"):
         try:
             read_step(folder / name)
         except ExchangeError:

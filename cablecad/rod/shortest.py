@@ -1,0 +1,160 @@
+"""The shortest cable that keeps its least bend radius: length as the question.
+
+The bend radius is not monotone in the length: a short cable is bent hard at its clamps, a longer one relaxes, one
+longer still forms a loop, and the equilibrium of least energy may change on the way. So lengths are sampled from the
+chord upwards, ranges in which the rule holds are found, and their ends are narrowed down by sampling again inside the
+bracket. A range counts only if it reaches 5 % beyond its beginning: nobody cuts cables closer than that.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from cablecad.centreline import Array
+from cablecad.errors import InfeasibleError
+from cablecad.model import Cable, EquilibriumKey
+from cablecad.rod.arch import solve_pinned
+from cablecad.rod.planar import solve_planar
+from cablecad.rod.span import Span, span_of
+
+ROOM = 1.05
+"""A range must hold from L to this times L."""
+
+_SAMPLES = 241
+"""Lengths tried first, geometric in the excess: neighbours differ by 8 %."""
+
+_LEAST, _MOST = 1e-6, 40.0
+"""Excess of the first and the last length, in units of the chord or the bend radius, whichever is greater. Beyond 40
+the cable is all loop and its bend radius grows with its length."""
+
+_SECTIONS, _ROUNDS = 16, 9
+"""The ends of a range are narrowed by cutting the bracket in 16, nine times: 1e-11 of it."""
+
+Radii = Callable[[Array], Array]
+
+
+def shortest_length(cable: Cable) -> tuple[float, str]:
+    """The least length at which the chosen equilibrium keeps `min_bend_radius`, and keeps it up to 1.05 of itself.
+
+    Args:
+        cable: With positions at both ends and a `min_bend_radius`.
+
+    Returns:
+        The length [mm], which errs to the side that keeps the rule, and what the report should say of the ranges.
+
+    Raises:
+        InfeasibleError: No length does.
+
+    Accuracy: the beginning of the range to 1e-10 of the bracket it was met in. A range narrower than the distance of
+        two samples, 8 % of the excess, may be missed.
+    """
+    rule = cable.min_bend_radius
+    assert rule is not None  # checked with the cable
+    base = _least_length(cable)
+    unit = max(base, rule)
+    radii = _pinned_radii(cable) if cable.is_pinned else _radii(cable)
+    lengths = base + unit * np.geomspace(_LEAST, _MOST, _SAMPLES)
+    keeps = radii(lengths) >= rule
+    ranges = []
+    i = 0
+    while i < _SAMPLES:
+        if not keeps[i]:
+            i += 1
+            continue
+        j = i
+        while j + 1 < _SAMPLES and keeps[j + 1]:
+            j += 1
+        # Kept by a hair of excess it is kept by none: the ends are aligned, or pins, and the straight cable is shortest.
+        begin = base if i == 0 else _narrow(radii, rule, lengths[i - 1], lengths[i])
+        end = math.inf if j + 1 == _SAMPLES else _narrow(radii, rule, lengths[j + 1], lengths[j])
+        if end >= ROOM * begin and np.all(radii(np.linspace(begin, ROOM * begin, 34)[1:]) >= rule):
+            ranges.append((float(begin), float(end)))
+        i = j + 1
+    if not ranges:
+        raise InfeasibleError(
+            f"no length between {lengths[0]:.6g} mm and {lengths[-1]:.6g} mm keeps the least bend radius at "
+            f"{rule:g} mm with this equilibrium; move the ends apart, turn them, or allow a tighter bend"
+        )
+    begin, end = ranges[0]
+    said = f"length {begin:.9g} mm is the shortest that keeps min_bend_radius = {rule:g} mm; it is kept "
+    said += "at every greater length that was tried" if end == math.inf else f"up to {end:.9g} mm"
+    if len(ranges) > 1:
+        said += f", and again from {ranges[1][0]:.9g} mm"
+    return begin, said
+
+
+def _narrow(radii: Radii, rule: float, broken: float, kept: float) -> float:
+    """The end of a range between a length that breaks the rule and one that keeps it, on the side that keeps it."""
+    for _ in range(_ROUNDS):
+        inner = np.linspace(broken, kept, _SECTIONS + 1)
+        keeps = radii(inner[1:-1]) >= rule
+        last = int(np.flatnonzero(~np.concatenate([[False], keeps, [True]]))[-1])
+        broken, kept = float(inner[last]), float(inner[last + 1])
+        if abs(kept - broken) <= 4e-16 * abs(kept):
+            break
+    return kept
+
+
+def _least_length(cable: Cable) -> float:
+    """The length without excess: the chord of the free part and the straights [mm]."""
+    ends = []
+    for support, way in ((cable.start_support, 1.0), (cable.end_support, -1.0)):
+        position = np.array(support.position)  # type: ignore[union-attr]
+        straight = getattr(support, "straight", 0.0)
+        if straight:
+            direction = np.array(support.direction)  # type: ignore[union-attr]
+            position = position + way * straight * direction / np.linalg.norm(direction)
+        ends.append((position, straight))
+    return float(np.linalg.norm(ends[1][0] - ends[0][0])) + ends[0][1] + ends[1][1]
+
+
+def _pinned_radii(cable: Cable) -> Radii:
+    chord = _least_length(cable)
+    mode = 1 if isinstance(cable.equilibrium, EquilibriumKey) else cable.equilibrium // 2 + 1
+
+    def radii(lengths: Array) -> Array:
+        return np.array(
+            [solve_pinned({"length": float(x), "chord": chord}).datum("bend_radius") / mode for x in lengths]
+        )
+
+    return radii
+
+
+def _radii(cable: Cable) -> Radii:
+    """Least bend radius by length, all lengths solved together; 0 where there is no such equilibrium."""
+    wanted = cable.equilibrium
+
+    def radii(lengths: Array) -> Array:
+        spans: dict[int, Span] = {}
+        for i, length in enumerate(lengths):
+            try:
+                spans[i] = span_of(cable, float(length))
+            except InfeasibleError:
+                continue
+        values = np.zeros(len(lengths))
+        if not spans:
+            return values
+        first = next(iter(spans.values()))
+        found = solve_planar(
+            np.array([span.start_angle for span in spans.values()]),
+            np.array([span.end_angle for span in spans.values()]),
+            np.array([span.end_point for span in spans.values()]),
+            excess=np.array([span.excess for span in spans.values()]),
+            start_clamped=first.start_clamped,
+            end_clamped=first.end_clamped,
+            search="answer" if wanted == 0 else "wide",
+        ).equilibria
+        for j, (i, span) in enumerate(spans.items()):
+            rows = found.of(j)
+            if isinstance(wanted, EquilibriumKey):
+                rows = rows.take(np.flatnonzero((rows.winding == wanted.winding) & (rows.side == wanted.side)))
+            index = 0 if isinstance(wanted, EquilibriumKey) else wanted
+            if index < len(rows):
+                kappa = float(rows.kappa_max[index]) / span.length
+                values[i] = math.inf if kappa == 0.0 else 1.0 / kappa
+        return values
+
+    return radii
