@@ -1,1 +1,60 @@
-"""What all tests share."""
+"""What all tests share: the command line, called in this process or as one of its own."""
+
+from __future__ import annotations
+
+import logging
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import pytest
+
+COMMAND_LINE = [sys.executable, "-c", "from cablecad.cli import main; main()"]
+"""The command `cablecad`, whether or not it is on the path."""
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a command ended: its exit code and all that came out of it."""
+
+    code: int
+    out: str
+    err: str
+
+
+@pytest.fixture
+def cli(capfd: pytest.CaptureFixture[str]) -> Iterator[Callable[..., Ended]]:
+    """Call the command line in this process: ``cli("solve", path)``; what Open Cascade prints is caught too."""
+    from cablecad.cli.group import cablecad
+    from cablecad.cli.session import run_command
+
+    logger = logging.getLogger("cablecad")
+    level, handlers = logger.level, logger.handlers[:]
+
+    def call(*arguments: object) -> Ended:
+        capfd.readouterr()
+        code = run_command(cablecad, [os.fspath(a) if isinstance(a, os.PathLike) else str(a) for a in arguments])
+        return Ended(code, *capfd.readouterr())
+
+    yield call
+    logger.setLevel(level)
+    logger.handlers[:] = handlers
+
+
+@pytest.fixture
+def process() -> Iterator[Callable[..., subprocess.Popen[str]]]:
+    """Start the command line as a process of its own: ``process("build", path, cwd=...)``; none outlives the test."""
+    started: list[subprocess.Popen[str]] = []
+
+    def start(*arguments: object, **options: object) -> subprocess.Popen[str]:
+        options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, **options}
+        started.append(subprocess.Popen([*COMMAND_LINE, *map(str, arguments)], **options))
+        return started[-1]
+
+    yield start
+    for one in started:
+        if one.poll() is None:
+            one.kill()
+        one.communicate()

@@ -1,4 +1,4 @@
-"""Curves that tests share: a space curve, and chains of lines and arcs in a plane."""
+"""Curves that tests share: a space curve, chains of lines and arcs in a plane, and pinned arches."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablecad.centreline import Arc, Array, Centreline, Frames, Line, Piece, Placement
+from cablecad.rod.elastica import Inflexional
+from cablecad.rod.elliptic import complete_k
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,10 @@ class Helix:
 
 
 def chain(
-    *stretches: tuple[float, float], origin: Sequence[float] = (0, 0, 0), e1: Array | None = None, e2: Array | None = None
+    *stretches: tuple[float, float],
+    origin: Sequence[float] = (0, 0, 0),
+    e1: Array | None = None,
+    e2: Array | None = None,
 ) -> Centreline:
     """Lines and arcs one after the other, each given by (length, signed curvature); it sets out along e1."""
     pieces: list[Piece] = []
@@ -81,3 +86,14 @@ def chain(
 def u_turn(leg: float, radius: float) -> Centreline:
     """Two parallel legs and a half circle."""
     return chain((leg, 0.0), (math.pi * radius, 1.0 / radius), (leg, 0.0))
+
+
+def arch(
+    k: float, length: float, *, m1: float | None = None, mode: int = 1, origin: Sequence[float] = (0, 0, 0)
+) -> Centreline:
+    """A rod pinned at both ends in its first mode, or a higher one; the chord along x, the first arch towards -y."""
+    m = k * k
+    m1 = 1.0 - m if m1 is None else m1
+    quarter = complete_k(m, m1)
+    placement = Placement(np.array(origin, dtype=float), np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
+    return Centreline([Inflexional(placement, length, 2.0 * mode * quarter / length, m, m1, -quarter)])

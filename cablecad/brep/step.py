@@ -1,6 +1,7 @@
 """STEP files in and out: names, colours, layers, assemblies and placements kept; always mm in memory.
 
-Reading: the file is looked at before Open Cascade sees it, which would read half of a truncated file without a word.
+Reading: the file is looked at before Open Cascade sees it, which would read half of a truncated file without a word,
+and once more before it makes shapes, where a damaged entity may kill the process. What is then lost becomes a warning.
 Writing: one AP214 assembly, plain ASCII, the same bytes for the same input in any process (`canonical`), whole or not
 at all (`files`). The time in it is SOURCE_DATE_EPOCH, or 1970 where that is not set.
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from cablecad.cli.session import progress_bar, scene_argument, show_errors, tell, verbosity_options, warn_of
+from cablecad.cli.session import progress_bar, scene_argument, show_errors, verbosity_options, warn_of
 from cablecad.errors import UsageError
 
 
@@ -59,7 +59,7 @@ def build(
             warn_of(outcome.cable.name, outcome.broken_rules)
     show_errors(run.errors)
     if not run.errors:
-        tell(output)
+        click.echo(output)
     if report_path is not None:
-        tell(report_path)
+        click.echo(report_path)
     return run.exit_code

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from cablecad.cli.session import progress_bar, scene_argument, show_errors, tell, verbosity_options, warn_of
+from cablecad.cli.session import progress_bar, scene_argument, show_errors, verbosity_options, warn_of
 
 
 @click.command()
@@ -26,7 +26,7 @@ def check(scene_path: Path, as_json: bool) -> int:
     with progress_bar(2 * len(scene.cables) + len(scene.parts)) as progress:
         run = check_scene(scene, progress=progress)
     if as_json:
-        tell(to_json(run.report()), nl=False)
+        click.echo(to_json(run.report()), nl=False)
     else:
         for outcome in run.outcomes:
             broken = outcome.solution is not None and outcome.solution.violations
@@ -34,7 +34,7 @@ def check(scene_path: Path, as_json: bool) -> int:
             detail = ""
             if outcome.fit is not None and outcome.check is not None:
                 detail = f", deviation {outcome.fit.deviation:.3g} mm of {outcome.fit.tolerance:g} mm allowed"
-            tell(f"{outcome.cable.name}: {verdict}{detail}")
+            click.echo(f"{outcome.cable.name}: {verdict}{detail}")
     for outcome in run.outcomes:
         warn_of(outcome.cable.name, outcome.warnings)
     show_errors(run.errors)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from cablecad.cli.session import tell, verbosity_options
+from cablecad.cli.session import verbosity_options
 from cablecad.errors import UsageError
 
 
@@ -25,4 +25,4 @@ def new(path: Path, force: bool) -> None:
         if path.exists() and not force:
             raise UsageError(f"{path} exists; choose another name, or --force to replace it")
         temporary.write_text(starter_scene(), encoding="utf-8")
-    tell(path)
+    click.echo(path)

@@ -6,7 +6,7 @@ import json
 
 import click
 
-from cablecad.cli.session import tell, verbosity_options
+from cablecad.cli.session import verbosity_options
 
 
 @click.command()
@@ -18,4 +18,4 @@ def schema() -> None:
     """
     from cablecad.scene import scene_schema
 
-    tell(json.dumps(scene_schema(), indent=2, ensure_ascii=False))
+    click.echo(json.dumps(scene_schema(), indent=2, ensure_ascii=False))

@@ -72,22 +72,6 @@ def use_utf8() -> None:
             sys.stdout.reconfigure(encoding="utf-8", errors="surrogateescape")
 
 
-def tell(result: object, *, nl: bool = True) -> None:
-    """Write a piece of the result to stdout.
-
-    Raises:
-        BrokenPipeError: Nobody reads it any more.
-        ExchangeError: It cannot be written for another reason.
-    """
-    try:
-        click.echo(result, nl=nl)
-    except BrokenPipeError:
-        raise
-    except OSError as error:
-        _forget_stdout()
-        raise ExchangeError(f"stdout cannot be written: {error.strerror}; send it elsewhere") from error
-
-
 def say(message: str) -> None:
     """A remark on stderr, unless the user asked for quiet."""
     if _log.getEffectiveLevel() <= logging.WARNING:
@@ -138,14 +122,14 @@ def run_command(command: click.Command, arguments: list[str] | None) -> int:
     except click.ClickException as error:
         error.show()
         return error.exit_code
-    except SystemExit as ended:
-        if not isinstance(ended.__context__, BrokenPipeError):
-            raise
-        # The reader of stdout went away (`cablecad schema | head`); click calls that 1, which here would be a bug.
-        _forget_stdout()
-        return 0
     except (KeyboardInterrupt, click.Abort):
         return _interrupted()
+    except SystemExit as ended:
+        # With 1 click ends where the reader of stdout went away (`cablecad schema | head`), which is nobody's fault.
+        # With 0 it has told a shell what may follow.
+        if ended.code:
+            _forget_stdout()
+        return 0
     except Exception as error:  # noqa: BLE001 - the last line of defence: exit code 1 means a bug, never a raw traceback
         return _interrupted() if interrupt.came else _failed(error)
     return result if isinstance(result, int) else 0
@@ -157,6 +141,11 @@ def _interrupted() -> int:
 
 
 def _failed(error: Exception) -> int:
+    """Say what went wrong and return the code for it."""
+    if isinstance(error, OSError) and not isinstance(error, CablecadError) and error.filename is None:
+        # Of all that is read and written, stdout alone has no name.
+        _forget_stdout()
+        error = ExchangeError(f"stdout cannot be written: {error.strerror}; send it elsewhere")
     if isinstance(error, CablecadError):
         _show(error)
         return error.exit_code
@@ -168,7 +157,7 @@ def _failed(error: Exception) -> int:
 @contextmanager
 def progress_bar(total: int) -> Iterator[Callable[[str], None] | None]:
     """A progress bar on stderr where that is a terminal; yields what to call as each step begins, or None."""
-    if not sys.stderr.isatty() or _log.level == logging.ERROR or total < 2:
+    if sys.stderr is None or not sys.stderr.isatty() or _log.level == logging.ERROR or total < 2:
         yield None
         return
     from rich.console import Console

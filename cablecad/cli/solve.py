@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cablecad.cli.session import progress_bar, say, scene_argument, show_errors, tell, verbosity_options, warn_of
+from cablecad.cli.session import progress_bar, say, scene_argument, show_errors, verbosity_options, warn_of
 
 if TYPE_CHECKING:
     from cablecad.report import CableOutcome
@@ -41,10 +41,10 @@ def solve(scene_path: Path, as_json: bool, points: int | None, wide: bool) -> in
     with progress_bar(len(scene.cables)) as progress:
         run = solve_scene(scene, search="wide" if wide else "answer", progress=progress)
     if as_json:
-        tell(to_json(run.report(points=points)), nl=False)
+        click.echo(to_json(run.report(points=points)), nl=False)
     else:
         for outcome in run.outcomes:
-            tell(_line(outcome))
+            click.echo(_line(outcome))
     for outcome in run.outcomes:
         warn_of(outcome.cable.name, outcome.warnings)
         warn_of(outcome.cable.name, outcome.violations)

@@ -6,6 +6,7 @@ same piece: the formulas of `cablecad.rod.flow` divide by nothing that vanishes.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -128,3 +129,15 @@ class TautCable(_Shape):
         along, across = self.shape.position(s)
         psi = self.shape.psi(s)[0]  # from the tension; the compression is half a turn away
         return _Local(-along[0], -across[0], -np.cos(psi), -np.sin(psi), self.shape.curvature(s)[0])
+
+    def greatest_curvature(self) -> tuple[float, float]:
+        """In a layer |kappa| = 2 omega |sin(psi/2)|: at its end, or where psi passes half a turn."""
+        crests = []
+        for angle, place in ((float(self.shape.a[0]), 0.0), (float(self.shape.b[0]), 1.0)):
+            if abs(angle) > math.pi:
+                inward = math.log(math.tan(abs(angle) / 4.0)) / self._omega
+                crests.append((2.0 * self._omega, abs(place - inward)))
+            else:
+                crests.append((2.0 * self._omega * math.sin(abs(angle) / 2.0), place))
+        kappa, at = max(crests)
+        return kappa / self.length, at * self.length

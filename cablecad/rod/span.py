@@ -71,28 +71,6 @@ class Span:
         return float(chord @ self.e1) / self.length, float(chord @ self.e2) / self.length
 
 
-@dataclass(frozen=True)
-class _End:
-    """One end without its lead-out: position (3,) [mm], unit direction of travel (3,) or None, lead-out [mm]."""
-
-    position: Array
-    direction: Array | None
-    straight: float
-
-
-def _ends(cable: Cable) -> tuple[_End, _End]:
-    ends = []
-    for support, way in ((cable.start_support, 1.0), (cable.end_support, -1.0)):
-        assert isinstance(support, Clamp | Pin)  # a cable with `toward` is the pinned model's
-        position = np.array(support.position)
-        if isinstance(support, Clamp):
-            direction = unit_vector(support.direction)
-            ends.append(_End(position + way * support.straight * direction, direction, support.straight))
-        else:
-            ends.append(_End(position, None, 0.0))
-    return ends[0], ends[1]
-
-
 def span_of(cable: Cable, length: float) -> Span:
     """Reduce a cable with positions at both ends to its free part.
 
@@ -105,70 +83,78 @@ def span_of(cable: Cable, length: float) -> Span:
         NotPlanarError: The clamps do not lie in one plane with the chord.
         SceneError: The bulge is along the chord.
     """
-    start, end = _ends(cable)
-    free = length - start.straight - end.straight
+    supports = (cable.start_support, cable.end_support)
+    positions, given, straights = [], [], []
+    for support in supports:
+        assert isinstance(support, Clamp | Pin)  # a cable with `toward` is the pinned model's
+        positions.append(np.array(support.position))
+        given.append(unit_vector(support.direction) if isinstance(support, Clamp) else None)
+        straights.append(support.straight if isinstance(support, Clamp) else 0.0)
+    free = length - straights[0] - straights[1]
     if free <= 0.0:
         raise InfeasibleError(
-            f"the straight lengths {start.straight:g} mm and {end.straight:g} mm held by the connectors leave nothing "
+            f"the straight lengths {straights[0]:g} mm and {straights[1]:g} mm held by the connectors leave nothing "
             f"of the cable's {length:.12g} mm to bend; make the cable longer or the straights shorter"
         )
-    chord = end.position - start.position
-    distance = float(np.linalg.norm(chord))
-    excess = free - distance
-    if cable.slack is not None:
-        ends_apart = float(np.linalg.norm(np.subtract(cable.end_support.position, cable.start_support.position)))  # type: ignore[union-attr]
-        excess = cable.slack * ends_apart + (ends_apart - start.straight - end.straight - distance)
+    apart = positions[1] - positions[0]
+    distance = float(np.linalg.norm(apart))
+    normal, off = _plane_normal(cable, apart if distance > COINCIDENT * length else None, given)
+    directions = [None if d is None else unit_vector(d - (d @ normal) * normal) for d in given]
+    start, end = (
+        place if direction is None else place + way * straight * direction
+        for place, direction, straight, way in zip(positions, directions, straights, (1.0, -1.0), strict=True)
+    )
+    chord = end - start
+    gap = float(np.linalg.norm(chord))
+    excess = free - gap if cable.slack is None else cable.slack * distance + (distance - sum(straights) - gap)
     if excess <= 0.0:
         held = "" if free == length else f" of it {free:.12g} mm free,"
         raise InfeasibleError(
             f"length {length:.12g} mm,{held} is {-excess:.6g} mm less than the distance it has to span, "
-            f"{distance:.12g} mm; make the cable longer or bring the ends together"
+            f"{gap:.12g} mm; make the cable longer or bring the ends together"
         )
-    e1, e2, out_of_plane = _plane(cable, chord, distance / free, start.direction, end.direction)
-    angles = [
-        0.0 if direction is None else math.atan2(float(direction @ e2), float(direction @ e1))
-        for direction in (start.direction, end.direction)
-    ]
+    e1 = unit_vector(chord) if gap > COINCIDENT * free else next(d for d in directions if d is not None)
+    e2 = unit_vector(np.cross(normal, e1))
+    lean = float(e2 @ bulge_direction(e1, cable.bulge))
+    # Across the bulge neither side is towards it; the largest coordinate decides, so that the choice is stable.
+    e2 = e2 if (lean if abs(lean) > IN_PLANE else float(e2[np.argmax(np.abs(e2))])) > 0.0 else -e2
+    angles = [0.0 if d is None else math.atan2(float(d @ e2), float(d @ e1)) for d in directions]
     return Span(
-        start=start.position,
-        end=end.position,
+        start=start,
+        end=end,
         e1=e1,
         e2=e2,
         length=free,
         excess=excess / free,
         start_angle=angles[0],
         end_angle=angles[1],
-        start_clamped=start.direction is not None,
-        end_clamped=end.direction is not None,
-        lead_out=start.straight,
-        lead_in=end.straight,
-        out_of_plane=out_of_plane,
+        start_clamped=directions[0] is not None,
+        end_clamped=directions[1] is not None,
+        lead_out=straights[0],
+        lead_in=straights[1],
+        out_of_plane=off,
     )
 
 
-def _plane(
-    cable: Cable, chord: Array, ratio: float, start: Array | None, end: Array | None
-) -> tuple[Array, Array, float]:
-    """Axes of the plane, e2 towards the bulge, and the greatest angle of a clamp from it [rad]."""
-    directions = [direction for direction in (start, end) if direction is not None]
-    e1 = unit_vector(chord) if ratio > COINCIDENT else directions[0]
-    bulge = bulge_direction(e1, cable.bulge)
-    across = [direction - (direction @ e1) * e1 for direction in directions]
+def _plane_normal(cable: Cable, chord: Array | None, given: list[Array | None]) -> tuple[Array, float]:
+    """Normal of the plane through the ends' chord (None where they coincide) that fits the clamps best.
+
+    Returns:
+        The normal, shape (3,), and the greatest angle of a clamp from the plane [rad].
+    """
+    directions = [d for d in given if d is not None]
+    axis = unit_vector(chord) if chord is not None else directions[0]
+    across = [d - (d @ axis) * axis for d in directions]
     if max(float(np.linalg.norm(vector)) for vector in across) <= IN_PLANE:
-        e2 = bulge  # all on one line: the plane is open
+        side = bulge_direction(axis, cable.bulge)  # all on one line: the plane is open
     else:
-        _, _, axes = np.linalg.svd(np.array(across))
-        e2 = unit_vector(axes[0] - (axes[0] @ e1) * e1)
-        lean = float(e2 @ bulge)
-        # Across the bulge neither side is towards it; the largest coordinate decides, so that the choice is stable.
-        towards = lean if abs(lean) > IN_PLANE else float(e2[np.argmax(np.abs(e2))])
-        e2 = e2 if towards > 0.0 else -e2
-    normal = np.cross(e1, e2)
-    off = max(math.asin(min(1.0, abs(float(direction @ normal)))) for direction in directions)
+        side = np.linalg.svd(np.array(across))[2][0]
+    normal = unit_vector(np.cross(axis, side))
+    off = max(math.asin(min(1.0, abs(float(d @ normal)))) for d in directions)
     if off > IN_PLANE:
         raise NotPlanarError(
-            f"the ends do not lie in one plane: a clamp's axis is {math.degrees(off):.6g} degrees out of the best plane "
-            f"through the chord, and {math.degrees(IN_PLANE):.2g} are allowed; turn a connector, or leave out the axis "
-            "of one end to pin it"
+            f"the ends do not lie in one plane: a clamp's axis is {math.degrees(off):.6g} degrees out of the plane "
+            f"through the ends that fits best, and {math.degrees(IN_PLANE):.2g} are allowed; turn a connector, or "
+            "leave out the axis of one end to pin it"
         )
-    return e1, e2, off
+    return normal, off

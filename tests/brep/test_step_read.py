@@ -248,8 +248,8 @@ def instead(data):
         (lambda data: re.sub(rb"MANIFOLD_SOLID_BREP\(", b"UNHEARD_OF(", data), "holds no shape"),
         (lambda data: data.replace(b"VERTEX_POINT('',", b"VERTEX_POINT(',", 1), "is damaged (its entity "),
         (
-            lambda data: data.replace(b"CARTESIAN_POINT('',(", b"CARTESIAN_POINT(((", 1),
-            "CartesianPoint: Parameter n0.1",
+            lambda data: data.replace(b"CARTESIAN_POINT('',(", b"CARTESIAN_POINT('',(.T.,", 1),
+            "CartesianPoint: Parameter n0.1 (coordinates) not a Real",
         ),
         (lambda data: data.replace(b"ADVANCED_FACE(", b"UNHEARD_OF(", 1), "ClosedShell: Parameter n0.1 (face)"),
         (instead(b"ISO-10303-21;HEADER;ENDSEC;DATA;(('\nENDSEC;\nEND-ISO-10303-21;\n"), "holds no shape"),
