@@ -58,8 +58,9 @@ _STARTS = 24
 _NEWTON_STEPS = 8
 """Quadratic convergence from a cell takes 3 to 5; where that fails, smaller cells come up in the next round."""
 
-_NORMAL = 1e-8
-"""Cosine of chord and tangent below which the chord is normal; the distance is then off by its square."""
+_NORMAL = 1e-10
+"""Cosine of chord and tangent below which the chord is normal: the distance is off by this share, at most, of the way
+to the pair that is critical to the last digit."""
 
 
 def self_gap(curve: Curve, radius: float) -> float | None:

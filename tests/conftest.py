@@ -55,6 +55,6 @@ def process() -> Iterator[Callable[..., subprocess.Popen[str]]]:
 
     yield start
     for one in started:
-        if one.poll() is None:
-            one.kill()
-        one.communicate()
+        one.kill()
+        with one:  # closes its pipes and waits for it
+            pass

@@ -29,8 +29,7 @@ def test_cable_objects_need_nothing_heavy(tmp_path) -> None:
 
 def test_python_solve_needs_numpy_only(tmp_path) -> None:
     code = (
-        "import cablecad as cc; "
-        "cc.solve(cc.Cable('a', 1.0, cc.Pin((0, 0, 0)), cc.Pin((1, 0, 0)), length=2.0)).self_gap"
+        "import cablecad as cc; cc.solve(cc.Cable('a', 1.0, cc.Pin((0, 0, 0)), cc.Pin((1, 0, 0)), length=2.0)).self_gap"
     )
     assert loaded_after(code, tmp_path) == {"numpy"}
 

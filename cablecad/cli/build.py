@@ -11,8 +11,15 @@ import click
 from cablecad.cli.session import progress_bar, scene_argument, show_errors, verbosity_options, warn_of
 from cablecad.errors import UsageError
 
+_EXAMPLES = """\b
+Examples:
+  cablecad build loom.toml                     writes loom.step
+  cablecad build loom.toml -o out/loom.step --report out/loom.json
+  cablecad build loom.toml --strict --tolerance 1e-6
+"""
 
-@click.command()
+
+@click.command(epilog=_EXAMPLES)
 @scene_argument
 @click.option(
     "-o",
@@ -22,7 +29,12 @@ from cablecad.errors import UsageError
 )
 @click.option("--report", "report_path", type=click.Path(path_type=Path), help="Also write the report as JSON.")
 @click.option("--strict", is_flag=True, help="Treat a broken min_bend_radius as an error: exit 4, write nothing.")
-@click.option("--tolerance", type=float, metavar="MM", help="Shape tolerance instead of the scene's.")
+@click.option(
+    "--tolerance",
+    type=float,
+    metavar="MM",
+    help="Bound on the distance between a solid's side and the exact tube, instead of the scene's [mm].",
+)
 @verbosity_options
 def build(
     scene_path: Path, output: Path | None, report_path: Path | None, strict: bool, tolerance: float | None

@@ -8,8 +8,13 @@ import click
 
 from cablecad.cli.session import progress_bar, scene_argument, show_errors, verbosity_options, warn_of
 
+_EXAMPLES = """\b
+Example:
+  cablecad check loom.toml && cablecad build loom.toml
+"""
 
-@click.command()
+
+@click.command(epilog=_EXAMPLES)
 @scene_argument
 @click.option("--json", "as_json", is_flag=True, help="Print the whole report as JSON.")
 @verbosity_options

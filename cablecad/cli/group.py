@@ -17,6 +17,15 @@ _COMMANDS = {
 }
 
 
+_EXAMPLES = """\b
+Examples:
+  cablecad new loom.toml                   a scene to begin with, every key explained
+  cablecad solve loom.toml                 the shape of its cables in numbers
+  cablecad build loom.toml -o loom.step    their solids
+
+"""
+
+
 class _LazyGroup(click.Group):
     """A group that imports a subcommand only when it is called, and lists all of them without importing any."""
 
@@ -37,12 +46,10 @@ class _LazyGroup(click.Group):
 @click.group(
     cls=_LazyGroup,
     context_settings={"help_option_names": ["-h", "--help"]},
-    epilog="Exit codes: 0 done, 1 a bug, 2 usage or an invalid scene, 3 no such shape, 4 geometry or a rule failed its "
+    epilog=_EXAMPLES
+    + "Exit codes: 0 done, 1 a bug, 2 usage or an invalid scene, 3 no such shape, 4 geometry or a rule failed its "
     "check, 5 a file could not be read or written, 130 interrupted.",
 )
 @click.version_option(__version__, prog_name="cablecad")
 def cablecad() -> None:
-    """The true shape of flexible cables: a scene file in, STEP out.
-
-    Start with `cablecad new loom.toml`, then `cablecad build loom.toml -o loom.step`.
-    """
+    """The true shape of flexible cables: a scene file in, STEP out. Lengths in mm, forces in N."""

@@ -9,8 +9,13 @@ import click
 from cablecad.cli.session import verbosity_options
 from cablecad.errors import UsageError
 
+_EXAMPLES = """\b
+Example:
+  cablecad new loom.toml
+"""
 
-@click.command()
+
+@click.command(epilog=_EXAMPLES)
 @click.argument("path", metavar="FILE", type=click.Path(path_type=Path))
 @click.option("--force", is_flag=True, help="Replace FILE if it exists.")
 @verbosity_options

@@ -8,8 +8,13 @@ import click
 
 from cablecad.cli.session import verbosity_options
 
+_EXAMPLES = """\b
+Example:
+  cablecad schema > scene.schema.json
+"""
 
-@click.command()
+
+@click.command(epilog=_EXAMPLES)
 @verbosity_options
 def schema() -> None:
     """Print the JSON Schema of a scene file, for an editor or a generator of scenes.

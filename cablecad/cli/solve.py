@@ -13,7 +13,14 @@ if TYPE_CHECKING:
     from cablecad.report import CableOutcome
 
 
-@click.command()
+_EXAMPLES = """\b
+Examples:
+  cablecad solve loom.toml
+  cablecad solve loom.toml --json --points 200 > loom.json
+"""
+
+
+@click.command(epilog=_EXAMPLES)
 @scene_argument
 @click.option("--json", "as_json", is_flag=True, help="Print the whole report as JSON.")
 @click.option(
@@ -30,7 +37,10 @@ if TYPE_CHECKING:
 )
 @verbosity_options
 def solve(scene_path: Path, as_json: bool, points: int | None, wide: bool) -> int:
-    """Solve SCENE and print one line a cable, or the report as JSON. No solids, no Open Cascade."""
+    """Solve SCENE and print one line a cable, or the report as JSON: lengths in mm, forces in N.
+
+    Makes no solids and needs no Open Cascade.
+    """
     from cablecad.pipeline import solve_scene
     from cablecad.report import to_json
     from cablecad.scene import load_scene

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
 from cablecad.rod.equilibria import SHARP_MODES, Equilibria
+from cablecad.rod.flow import Jump
 from cablecad.rod.polish import Middle
 from cablecad.rod.problem import Problem
 from cablecad.rod.ritz import Ritz
@@ -26,7 +27,9 @@ def _nodes(start_clamped: bool, end_clamped: bool, modes: int) -> tuple[TrialSpa
     return space, np.column_stack([1.0 - space.s, space.s, values]), np.column_stack([-one, one, slopes])
 
 
-def classify(problem: Problem, space: Ritz, scene: np.ndarray, z: Array, middle: Middle, residual: Array) -> Equilibria:
+def classify(
+    problem: Problem, space: Ritz, scene: np.ndarray, z: Array, middle: Middle, probe: Jump, residual: Array
+) -> Equilibria:
     """Everything worth knowing of polished solutions, in the frames of their chords.
 
     Args:
@@ -35,6 +38,7 @@ def classify(problem: Problem, space: Ritz, scene: np.ndarray, z: Array, middle:
         scene: Scene of each solution, shape (n,).
         z: Discretised solutions, shape (n, m + 2).
         middle: Polished states.
+        probe: Their flow to `polish.PROBES`.
         residual: Largest unmet end condition of each.
     """
     trial, values, slopes = _nodes(*problem.judged, z.shape[1] - 2)
@@ -51,7 +55,6 @@ def classify(problem: Problem, space: Ritz, scene: np.ndarray, z: Array, middle:
         torsion_ratio=problem.torsion_ratio,
         chord=_chord(problem.excess[scene]),
     )
-    probe = middle.jump(np.array([-0.5, -0.25, 0.5]))
     # The discretised solution counts the turns, the polished state has the digits.
     theta_middle = middle.theta + _TURN * np.rint((z @ space.middle[0] - middle.theta) / _TURN)
     kappa_ends = probe.kappa[:, [0, 2]]
@@ -132,8 +135,9 @@ def _sine_half(middle: Middle) -> Array:
 def _sign_changes(rows: Array) -> np.ndarray:
     """Sign changes along each row, zeros at its ends and inside not counted twice."""
     signs = np.sign(rows)
-    for i in range(1, signs.shape[1]):
-        signs[:, i] = np.where(signs[:, i] == 0.0, signs[:, i - 1], signs[:, i])
+    # Every zero takes the sign before it; leading zeros stay zero and count nothing.
+    last = np.maximum.accumulate(np.where(signs != 0.0, np.arange(signs.shape[1]), 0), axis=1)
+    signs = np.take_along_axis(signs, last, axis=1)
     changes: np.ndarray = np.count_nonzero(signs[:, 1:] * signs[:, :-1] < 0.0, axis=1)
     return changes
 
@@ -199,8 +203,8 @@ def _taut_margins(pulled: Taut, problem: Problem) -> tuple[Array, Array, np.ndar
     for i in np.flatnonzero(np.minimum(np.abs(inside), np.abs(outside)) < 10.0 * w):
         one = pulled.take(np.array([i]))
         judged = stability(
-            lambda s, one=one: one.direction[0] + one.psi(np.atleast_1d(s))[0],
-            lambda s, one=one: one.curvature(np.atleast_1d(s))[0],
+            partial(_angle, one),
+            partial(_bend, one),
             w[i] ** 2 * np.array([np.cos(one.direction[0]), np.sin(one.direction[0])]),
             start_clamped=problem.start_clamped,
             end_clamped=problem.end_clamped,
@@ -209,6 +213,16 @@ def _taut_margins(pulled: Taut, problem: Problem) -> tuple[Array, Array, np.ndar
         )
         inside[i], outside[i], free[i] = judged.in_plane, judged.out_of_plane, judged.free_turn
     return inside, outside, free
+
+
+def _angle(one: Taut, s: Array) -> Array:
+    value: Array = one.direction[0] + one.psi(s)[0]
+    return value
+
+
+def _bend(one: Taut, s: Array) -> Array:
+    value: Array = one.curvature(s)[0]
+    return value
 
 
 def _chord(excess: Array) -> Array:

@@ -114,7 +114,7 @@ class Equilibria:
             cosine, sine = np.cos(middle.compression)[:, None], np.sin(middle.compression)[:, None]
             position[rod] = np.stack([cosine * along - sine * across, sine * along + cosine * across], axis=-1)
         if len(pulled):
-            shape = Taut(pulled, *(getattr(self, name)[pulled] for name in ("direction", "omega", "a", "b", "winding")))
+            shape = Taut(pulled, *(getattr(self, name)[pulled] for name in ("direction", "omega", "a", "b")))
             theta[pulled] = shape.psi(s) + (self.theta0[pulled] - self.a[pulled])[:, None]
             kappa[pulled] = shape.curvature(s)
             along, across = shape.position(s)

@@ -44,6 +44,10 @@ class Jump(NamedTuple):
     across: Array
     square: Array
 
+    def take(self, index: np.ndarray) -> Jump:
+        """Some of the states' rows."""
+        return Jump(*(value[index] for value in self))
+
 
 class _Landen(NamedTuple):
     sn: Array
@@ -133,7 +137,8 @@ def jump(p0: Array, c0: Array, kappa0: Array, omega: Array, s: Array) -> Jump:
     # A line has r = 0, and then any scale does.
     r = np.sqrt(np.where(r2 > 1e-200, r2, 1e-200))
     m = np.where(swings, w2, o2) / (r * r)
-    # The separatrix is met only within rounding: 1e-100 is as good as 0, and lets the means converge. A line has m1 = 1.
+    # The separatrix is met only within rounding: 1e-100 is as good as 0 and lets the means converge.
+    # A line has m1 = 1.
     m1 = np.where(r2 > 1e-200, np.maximum(np.abs(gap) / (r * r), 1e-100), 1.0)
     f = _functions(r * s, m, m1)
     S = f.sn / r

@@ -61,9 +61,9 @@ def solve_pinned_cable(cable: Cable, *, reason: str) -> RodSolution:
         length=solved.length,
         chord=solved.chord,
         slack=solved.datum("slack") if solved.chord > 0.0 else None,
-        rise=arch.size("rise") / solved.omega / (MODES[index // 2]),
-        end_angle_deg=math.degrees(arch.angle),
-        residual=float(unmet),
+        measure_rise=lambda: arch.size("rise") / solved.omega / (MODES[index // 2]),
+        measure_end_angle=lambda: math.degrees(arch.angle),
+        measure_residual=lambda: float(unmet),
         notes=tuple(_notes(solved)),
     )
 

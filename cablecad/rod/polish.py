@@ -24,7 +24,8 @@ closed form's positions lose what the chord is short of the length."""
 _LAYER = 5.5
 """Layers turning further than this come close to a full loop, which moves inwards [rad]."""
 
-_ENDS = np.array([-0.5, 0.5])
+PROBES = np.array([-0.5, -0.25, 0.5])
+"""Where polished states are carried to: the ends, and the quarter point that tells twins apart."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,8 +123,8 @@ def unmet(space: Ritz, middle: Middle, targets: Array, excess: Array, flat: np.n
         excess: 1 - chord, shape (n,).
         flat: Which have small angles throughout, shape (n,).
     """
-    ends = middle.jump(_ENDS)
-    x, y = ends.along[:, 1] - ends.along[:, 0], ends.across[:, 1] - ends.across[:, 0]
+    ends = middle.jump(PROBES)
+    x, y = ends.along[:, 2] - ends.along[:, 0], ends.across[:, 2] - ends.across[:, 0]
     frame = middle.compression
     cosine, sine = np.cos(frame), np.sin(frame)
     missing = np.empty((len(excess), 4))
@@ -137,20 +138,20 @@ def unmet(space: Ritz, middle: Middle, targets: Array, excess: Array, flat: np.n
         missing[flat, 1] = np.sin(2.0 * half) @ space.weights
     for end in (0, 1):
         if end in space.free:
-            missing[:, 2 + end] = ends.kappa[:, end]
+            missing[:, 2 + end] = ends.kappa[:, 2 * end]
         else:
-            missing[:, 2 + end] = wrap(middle.theta + ends.turn[:, end] - targets[:, end])
+            missing[:, 2 + end] = wrap(middle.theta + ends.turn[:, 2 * end] - targets[:, end])
     return missing, ends
 
 
 def polish(
     space: Ritz, z: Array, force: Array, targets: Array, excess: Array, *, iterations: int = 6
-) -> tuple[Middle, Array]:
+) -> tuple[Middle, Jump, Array]:
     """Bring discretised solutions to rounding.
 
     Returns:
-        States at mid-span; residual, shape (n,): the largest unmet end condition (curvature at a pin over
-        1 + omega).
+        States at mid-span; their flow to `PROBES`; residual, shape (n,): the largest unmet end condition (curvature
+        at a pin over 1 + omega).
     """
     state = z @ space.middle.T
     middle = middle_of(state[:, 0], state[:, 1], force)
@@ -168,7 +169,7 @@ def polish(
     active = np.arange(len(z))
     current = middle
     for _ in range(iterations):
-        missing, _ = unmet(space, current, targets[active], excess[active], flat[active])
+        missing, there = unmet(space, current, targets[active], excess[active], flat[active])
         scale = np.ones((len(active), 4))
         for end in (0, 1):
             if end in space.free:
@@ -178,6 +179,10 @@ def polish(
         # What rounding of small angles allows is less than rounding of angles of one radian.
         better = size < best[active]
         kept = _merge(kept, current, active, better)
+        if len(active) == len(z):
+            probe = there
+        for old, new in zip(probe, there, strict=True):
+            old[active[better]] = new[better]
         halved = size < 0.5 * best[active]
         best[active] = np.minimum(best[active], size)
         floor = np.where(flat[active], 1e-18, 2e-15)
@@ -191,7 +196,7 @@ def polish(
             own = _advance_layers(space, current.take(rows), layers[active[rows]], -missing[rows])
             moved = _merge(moved, own, rows, np.ones(len(rows), dtype=bool))
         current = moved
-    return kept, best
+    return kept, probe, best
 
 
 def _from_layers(middle: Middle, layers: Array) -> Middle:

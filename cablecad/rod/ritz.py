@@ -36,7 +36,7 @@ _NEAR = 0.3
 """The same for what is left after the last iteration: good enough to be tried."""
 
 ITERATIONS = 16
-"""Enough for 99 % of random starts; others are mostly on their way to a minimum another start has found."""
+"""10, 16 and 30 gave the same least energies on 1000 random scenes: late ones are on their way to a known minimum."""
 
 _SIGNS = np.array([1.0, -1.0])
 
@@ -286,7 +286,7 @@ def newton(space: Ritz, z: Array, force: Array, excess: Array, *, iterations: in
 def solve(system: Array, right: Array) -> Array:
     """Solve many systems; a singular one gives zeros instead of ending the batch."""
     try:
-        return np.linalg.solve(system, right)
+        return np.asarray(np.linalg.solve(system, right), dtype=np.float64)
     except np.linalg.LinAlgError:
         out = np.zeros_like(right)
         for i in range(len(system)):

@@ -67,7 +67,7 @@ def shortest_length(cable: Cable) -> tuple[float, str]:
         j = i
         while j + 1 < _SAMPLES and keeps[j + 1]:
             j += 1
-        # Kept by a hair of excess it is kept by none: the ends are aligned, or pins, and the straight cable is shortest.
+        # Kept by a hair of excess it is kept by none: between pins or aligned clamps the straight cable is shortest.
         begin = base if i == 0 else _narrow(radii, rule, lengths[i - 1], lengths[i])
         end = math.inf if j + 1 == _SAMPLES else _narrow(radii, rule, lengths[j + 1], lengths[j])
         if end >= ROOM * begin and np.all(radii(np.linspace(begin, ROOM * begin, 34)[1:]) >= rule):

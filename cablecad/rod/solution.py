@@ -6,16 +6,20 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from numpy.typing import ArrayLike
 
 from cablecad.centreline import Array, Centreline, Side
 from cablecad.errors import Mistake, SceneError
-from cablecad.model import Cable, EquilibriumKey
+from cablecad.model import Cable, Clamp, EquilibriumKey, Pin, Port
 from cablecad.rod.stability import Stability
 from cablecad.rod.verdict import Violation, find_violations, find_warnings
 from cablecad.self_gap import self_gap
+
+if TYPE_CHECKING:
+    from cablecad.rod.response import Response
+    from cablecad.rod.trace import Trace
 
 STANDARD_GRAVITY = 9.80665
 """[m/s^2]"""
@@ -72,6 +76,7 @@ class Equilibrium:
         draw: Makes the shape; called once, and only if someone asks.
         judge: Finds the stability; called once, and only if someone asks.
         diameter: Of the cable [mm], for the self-gap.
+        trace: What a moved cable and derivatives start from; None for closed forms of their own.
     """
 
     winding: int
@@ -82,6 +87,7 @@ class Equilibrium:
     draw: Callable[[], Shape]
     judge: Callable[[], Stability]
     diameter: float
+    trace: Trace | None = None
 
     @cached_property
     def shape(self) -> Shape:
@@ -138,9 +144,9 @@ class RodSolution:
         length: [mm].
         chord: Distance of the ends [mm]; negative where a `toward` end lies behind the start.
         slack: (length - chord) / chord, or None where the chord is not positive.
-        rise: Greatest distance from the chord [mm].
-        end_angle_deg: Angle between the start's tangent and the chord [degrees]; None where the ends coincide.
-        residual: Largest unmet end condition of the centreline: position over length, direction as an angle.
+        measure_rise: Finds the greatest distance from the chord [mm]; called once, and only if someone asks.
+        measure_end_angle: Finds the angle between the start's tangent and the chord; likewise.
+        measure_residual: Finds the residual; called once, and only if someone asks.
         out_of_plane_deg: Angle by which the ends were turned into one plane [degrees].
         notes: What the data themselves give to say: other answers, redundant data, ends that have crossed.
     """
@@ -153,9 +159,9 @@ class RodSolution:
     length: float
     chord: float
     slack: float | None
-    rise: float
-    end_angle_deg: float | None
-    residual: float
+    measure_rise: Callable[[], float]
+    measure_end_angle: Callable[[], float | None]
+    measure_residual: Callable[[], float]
     out_of_plane_deg: float = 0.0
     notes: tuple[str, ...] = ()
 
@@ -178,6 +184,21 @@ class RodSolution:
     def bend_radius_min(self) -> float | None:
         """The least bend radius [mm], or None where the cable is straight."""
         return self.equilibrium.bend_radius_min
+
+    @cached_property
+    def residual(self) -> float:
+        """Largest unmet end condition of the delivered centreline: position over length, direction as an angle."""
+        return self.measure_residual()
+
+    @cached_property
+    def end_angle_deg(self) -> float | None:
+        """Angle between the start's tangent and the chord [degrees]; None where the ends coincide."""
+        return self.measure_end_angle()
+
+    @cached_property
+    def rise(self) -> float:
+        """Greatest distance from the chord [mm]."""
+        return self.measure_rise()
 
     @property
     def bend_radius_min_at(self) -> float | None:
@@ -221,6 +242,24 @@ class RodSolution:
     def violations(self) -> tuple[Violation, ...]:
         """Rules the shape breaks: a tube that cuts into itself, a bend tighter than the user allows."""
         return find_violations(self.cable, self.bend_radius_min, self.bend_radius_min_at, self.self_gap)
+
+    def moved(
+        self,
+        *,
+        start: Clamp | Pin | Port | None = None,
+        end: Clamp | Pin | Port | None = None,
+        length: float | None = None,
+    ) -> RodSolution:
+        """Follow this equilibrium to a moved end or another length, without a search; see `cablecad.rod.move`."""
+        from cablecad.rod.move import move_solution
+
+        return move_solution(self, start=start, end=end, length=length)
+
+    def sensitivity(self, s: ArrayLike = ()) -> Response:
+        """Derivatives of wrenches, least bend radius and points at `s` [mm]; see `cablecad.rod.response`."""
+        from cablecad.rod.response import respond_to_ends
+
+        return respond_to_ends(self, s)
 
     def points(self, count: int) -> Array:
         """`count` >= 2 positions at equal arclengths, both ends included, shape (count, 3) [mm]."""

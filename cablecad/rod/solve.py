@@ -59,7 +59,7 @@ def solve_many(cables: Sequence[Cable], *, search: Search = "answer") -> list[Ro
             length, said = _length(cable)
             if said:
                 notes[i] = said
-            sized = cable if length is None or cable.length == length else replace(cable, length=length)
+            sized = replace(cable, length=length) if cable.length == "shortest" else cable
             selection = select_model(sized)
             if selection.model == "straight":
                 results[i] = _straight(sized, selection.reason)

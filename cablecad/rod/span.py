@@ -71,12 +71,14 @@ class Span:
         return float(chord @ self.e1) / self.length, float(chord @ self.e2) / self.length
 
 
-def span_of(cable: Cable, length: float) -> Span:
+def span_of(cable: Cable, length: float, *, near: Array | None = None) -> Span:
     """Reduce a cable with positions at both ends to its free part.
 
     Args:
         cable: With two positions.
         length: Of the whole cable [mm]; `cable.slack`, where given, is the primary datum of the excess.
+        near: Normal of the plane it was in before it moved, shape (3,): it decides the side, and the plane where the
+            ends leave it open, in place of the bulge.
 
     Raises:
         InfeasibleError: The free part is shorter than the distance it has to span.
@@ -98,7 +100,7 @@ def span_of(cable: Cable, length: float) -> Span:
         )
     apart = positions[1] - positions[0]
     distance = float(np.linalg.norm(apart))
-    normal, off = _plane_normal(cable, apart if distance > COINCIDENT * length else None, given)
+    normal, off = _plane_normal(cable, apart if distance > COINCIDENT * length else None, given, near)
     directions = [None if d is None else unit_vector(d - (d @ normal) * normal) for d in given]
     start, end = (
         place if direction is None else place + way * straight * direction
@@ -115,7 +117,7 @@ def span_of(cable: Cable, length: float) -> Span:
         )
     e1 = unit_vector(chord) if gap > COINCIDENT * free else next(d for d in directions if d is not None)
     e2 = unit_vector(np.cross(normal, e1))
-    lean = float(e2 @ bulge_direction(e1, cable.bulge))
+    lean = float(normal @ near) if near is not None else float(e2 @ bulge_direction(e1, cable.bulge))
     # Across the bulge neither side is towards it; the largest coordinate decides, so that the choice is stable.
     e2 = e2 if (lean if abs(lean) > IN_PLANE else float(e2[np.argmax(np.abs(e2))])) > 0.0 else -e2
     angles = [0.0 if d is None else math.atan2(float(d @ e2), float(d @ e1)) for d in directions]
@@ -136,7 +138,9 @@ def span_of(cable: Cable, length: float) -> Span:
     )
 
 
-def _plane_normal(cable: Cable, chord: Array | None, given: list[Array | None]) -> tuple[Array, float]:
+def _plane_normal(
+    cable: Cable, chord: Array | None, given: list[Array | None], near: Array | None
+) -> tuple[Array, float]:
     """Normal of the plane through the ends' chord (None where they coincide) that fits the clamps best.
 
     Returns:
@@ -145,12 +149,13 @@ def _plane_normal(cable: Cable, chord: Array | None, given: list[Array | None]) 
     directions = [d for d in given if d is not None]
     axis = unit_vector(chord) if chord is not None else directions[0]
     across = [d - (d @ axis) * axis for d in directions]
-    if max(float(np.linalg.norm(vector)) for vector in across) <= IN_PLANE:
-        side = bulge_direction(axis, cable.bulge)  # all on one line: the plane is open
+    if max((float(np.linalg.norm(vector)) for vector in across), default=0.0) <= IN_PLANE:
+        # All on one line: the plane is open.
+        side = bulge_direction(axis, cable.bulge) if near is None else np.cross(near, axis)
     else:
         side = np.linalg.svd(np.array(across))[2][0]
     normal = unit_vector(np.cross(axis, side))
-    off = max(math.asin(min(1.0, abs(float(d @ normal)))) for d in directions)
+    off = max((math.asin(min(1.0, abs(float(d @ normal)))) for d in directions), default=0.0)
     if off > IN_PLANE:
         raise NotPlanarError(
             f"the ends do not lie in one plane: a clamp's axis is {math.degrees(off):.6g} degrees out of the plane "

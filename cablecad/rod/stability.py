@@ -38,7 +38,7 @@ PARALLEL = 1e-9
 """Sine of an angle, or chord over length, below which an axis counts as met: squares of it are below rounding."""
 
 NEUTRAL = 1e-8
-"""Margins closer to zero than this are rounding: eps times the largest eigenvalue, 4e5 for 44 functions, and a margin."""
+"""Margins closer to zero are rounding: eps times the largest eigenvalue (4e5 for 44 functions), and some reserve."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -58,7 +58,7 @@ def solve_straight(cable: Cable, start: Array, end: Array, *, length: float, rea
         length=length,
         chord=chord,
         slack=(length - chord) / chord,
-        rise=0.0,
-        end_angle_deg=0.0,
-        residual=unmet,
+        measure_rise=lambda: 0.0,
+        measure_end_angle=lambda: 0.0,
+        measure_residual=lambda: unmet,
     )

@@ -12,6 +12,7 @@ the direction -g of n follows from one scalar equation in which a hair of slack 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,7 @@ SEED = 14.0
 """From here on the closed form is close enough to start Newton's method from."""
 
 _OTHER_WRAP = 2.2
-"""Ends turned further than this from the force may as well go round the other way [rad]; measured on random scenes."""
+"""Ends turned further than this from the force may as well go round the other way [rad]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +37,6 @@ class Taut:
         direction: Angle of n from the chord.
         omega: sqrt(|n|).
         a, b: Angle from n at the start and the end, in (-2 pi, 2 pi).
-        winding: Full turns of the end angle beyond the given one, as the start angle is the given one.
     """
 
     scene: np.ndarray
@@ -44,7 +44,6 @@ class Taut:
     omega: Array
     a: Array
     b: Array
-    winding: Array
 
     @property
     def energy(self) -> Array:
@@ -79,7 +78,7 @@ class Taut:
 
     def among(self, scenes: np.ndarray) -> Taut:
         """The same with `scenes[i]` for scene i."""
-        return Taut(scenes[self.scene], self.direction, self.omega, self.a, self.b, self.winding)
+        return Taut(scenes[self.scene], self.direction, self.omega, self.a, self.b)
 
     def take(self, index: np.ndarray) -> Taut:
         """Some of them."""
@@ -124,7 +123,7 @@ def taut(start: Array, end: Array, start_clamped: bool, end_clamped: bool, exces
         excess: 1 - chord/length, in (0, 1].
     """
     held = np.array([start_clamped, end_clamped])
-    found: list[tuple[Array, ...]] = []
+    found: list[tuple[Any, ...]] = []
     for other_a in (0.0, 1.0) if start_clamped else (0.0,):
         for other_b in (0.0, 1.0) if end_clamped else (0.0,):
             # omega < 2 S/excess, were the force along the chord; it turns by a good radian at most.
@@ -143,11 +142,8 @@ def taut(start: Array, end: Array, start_clamped: bool, end_clamped: bool, exces
                 if other:
                     wide &= np.abs(end_angle) < 2.0 * np.pi - _OTHER_WRAP
             good = wide & (omega > SEED) & np.isfinite(omega)
-            turns = np.rint(
-                ((b - a) - np.where(held[1], end[near], 0.0) + np.where(held[0], start[near], 0.0)) / (2 * np.pi)
-            )
-            found.append((near[good], -g[good], omega[good], a[good], b[good], turns[good]))
-    joined = [np.concatenate(parts) for parts in zip(*found, strict=True)] if found else [np.zeros(0)] * 6
+            found.append((near[good], -g[good], omega[good], a[good], b[good]))
+    joined = [np.concatenate(parts) for parts in zip(*found, strict=True)] if found else [np.zeros(0)] * 5
     return Taut(joined[0].astype(int), *joined[1:])
 
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -95,7 +96,7 @@ def trial_space(
     values, slopes = values[:, kept], slopes[:, kept]
     # QR of the weighted values rather than Cholesky of their Gram matrix: half the digits would go there.
     root = np.sqrt(weights)[:, None]
-    triangle = np.linalg.qr(root * values, mode="r")
+    triangle = np.linalg.qr(root * values)[1]
     values = np.linalg.solve(triangle.T, values.T).T
     slopes = np.linalg.solve(triangle.T, slopes.T).T
     return TrialSpace(s, weights, values, (slopes.T * weights) @ slopes)
@@ -113,7 +114,7 @@ def refine(
     """
     node, _ = gauss_legendre(7)
     done: list[float] = [float(breaks[0])]
-    todo = [(float(a), float(b)) for a, b in zip(breaks[:-1], breaks[1:], strict=True)][::-1]
+    todo = [(float(a), float(b)) for a, b in pairwise(breaks)][::-1]
     least = min(1e-3, 4.0 / (1.0 + omega) ** 2)
     while todo:
         a, b = todo.pop()

@@ -25,6 +25,7 @@ from cablecad.rod.solution import EndState, Equilibrium, RodSolution, Shape, cho
 from cablecad.rod.span import Span, span_of
 from cablecad.rod.stability import Stability
 from cablecad.rod.taut import Taut
+from cablecad.rod.trace import Trace
 
 Search = Literal["answer", "wide"]
 
@@ -58,7 +59,7 @@ def solve_two_point(
             results[i] = error
             continue
         wide = search == "wide" or cable.equilibrium != 0
-        groups[span.start_clamped, span.end_clamped, _torsion_ratio(cable, span), wide].append((i, span))
+        groups[span.start_clamped, span.end_clamped, torsion_ratio(cable, span), wide].append((i, span))
     for (start_clamped, end_clamped, ratio, wide), members in groups.items():
         spans = [span for _, span in members]
         found = solve_planar(
@@ -86,7 +87,7 @@ def solve_two_point(
     return results
 
 
-def _torsion_ratio(cable: Cable, span: Span) -> float | None:
+def torsion_ratio(cable: Cable, span: Span) -> float | None:
     """GJ/EI where both ends hold the cable's spin and the ratio is known."""
     if cable.material is None or not (span.start_clamped and span.end_clamped):
         return None
@@ -97,16 +98,23 @@ def _torsion_ratio(cable: Cable, span: Span) -> float | None:
 def _solution(
     cable: Cable, length: float, span: Span, found: Equilibria, starts: int, ratio: float | None
 ) -> RodSolution:
-    listed = [_equilibrium(cable, span, found.take(slice(i, i + 1)), ratio) for i in range(len(found))]
+    listed = [equilibrium_of(cable, span, found.take(slice(i, i + 1)), ratio) for i in range(len(found))]
     equilibria = tuple(_twins_by_bulge(listed, span))
     index = choose(cable, equilibria)
+    kinds = " and ".join("clamped" if held else "pinned" for held in (span.start_clamped, span.end_clamped))
+    reason = f"the ends ({kinds}) lie in one plane: planar elastica, {starts} starts over the windings that can win"
+    if any(other is not equilibria[index] and _same_energy(other, equilibria[index]) for other in equilibria):
+        reason += "; the bulge decided between mirror twins"
+    return solution_of(cable, length, span, equilibria, index, reason)
+
+
+def solution_of(
+    cable: Cable, length: float, span: Span, equilibria: tuple[Equilibrium, ...], index: int, reason: str
+) -> RodSolution:
+    """The solution of a cable from equilibria of its span."""
     chosen = equilibria[index]
     begin, finish = np.array(cable.start_support.position), np.array(cable.end_support.position)  # type: ignore[union-attr]
     chord = float(np.linalg.norm(finish - begin))
-    kinds = " and ".join("clamped" if held else "pinned" for held in (span.start_clamped, span.end_clamped))
-    reason = f"the ends ({kinds}) lie in one plane: planar elastica, {starts} starts over the windings that can win"
-    if any(other is not chosen and _same_energy(other, chosen) for other in equilibria):
-        reason += "; the bulge decided between mirror twins"
     return RodSolution(
         cable=cable,
         model="planar",
@@ -116,9 +124,9 @@ def _solution(
         length=length,
         chord=chord,
         slack=None if chord == 0.0 else cable.slack if cable.slack is not None else (length - chord) / chord,
-        rise=_rise(chosen.centreline, begin, finish),
-        end_angle_deg=_end_angle(chosen.start.direction, finish - begin),
-        residual=_residual(chosen, span, begin, finish, length),
+        measure_rise=lambda: _rise(chosen.centreline, begin, finish),
+        measure_end_angle=lambda: _end_angle(chosen.start.direction, finish - begin),
+        measure_residual=lambda: _residual(chosen, span, begin, finish, length),
         out_of_plane_deg=math.degrees(span.out_of_plane),
     )
 
@@ -149,7 +157,7 @@ def _towards_bulge(twin: Equilibrium, span: Span) -> tuple[float, ...]:
     return tuple(-np.round(height / span.length, 9))
 
 
-def _equilibrium(cable: Cable, span: Span, row: Equilibria, ratio: float | None) -> Equilibrium:
+def equilibrium_of(cable: Cable, span: Span, row: Equilibria, ratio: float | None) -> Equilibrium:
     """One equilibrium of a rod of length one, given the span's length and place."""
     spin: Literal["clamped", "free"] = "free" if ratio is None else "clamped"
     judged = Stability(row.margin_in_plane[0], row.margin_out_of_plane[0], row.free_turn[0], spin)
@@ -162,6 +170,7 @@ def _equilibrium(cable: Cable, span: Span, row: Equilibria, ratio: float | None)
         draw=partial(_draw, span, row),
         judge=lambda: judged,
         diameter=cable.diameter,
+        trace=Trace(span, row),
     )
 
 
@@ -179,7 +188,7 @@ def _draw(span: Span, row: Equilibria) -> Shape:
     """The centreline with its lead-outs, and the supports' wrenches about the cable's own end points."""
     if row.taut[0]:
         turned = float(row.direction[0]) + math.pi
-        taut = Taut(np.zeros(1, dtype=int), row.direction, row.omega, row.a, row.b, row.winding)
+        taut = Taut(np.zeros(1, dtype=int), row.direction, row.omega, row.a, row.b)
         free: Piece = TautCable(_placement(span, turned), span.length, taut)
     else:
         middle = Middle(row.lean, row.kappa, row.direction, row.omega, row.tension)

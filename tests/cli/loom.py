@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 FORMAT = "format = 1\n"
@@ -21,13 +22,17 @@ TOWARD = "{ toward = [1, 0, 0] }"
 def cable(name: str = "W1", **keys: object) -> str:
     """A good cable with keys changed, added, or left out (None); values as TOML writes them."""
     lines = [f"{key} = {value}" for key, value in {**GOOD, **keys}.items() if value is not None]
-    return f"[[cables]]\nname = {name!r}\n" + "\n".join(lines) + "\n"
+    return f"[[cables]]\nname = {quoted(name)}\n" + "\n".join(lines) + "\n"
 
 
 def part(name: str = "plate", step: str = "plate.step", **keys: object) -> str:
-    return f"[[parts]]\nname = {name!r}\nstep = {step!r}\n" + "".join(
-        f"{key} = {value}\n" for key, value in keys.items()
-    )
+    lines = [f"name = {quoted(name)}", f"step = {quoted(step)}", *(f"{key} = {value}" for key, value in keys.items())]
+    return "[[parts]]\n" + "\n".join(lines) + "\n"
+
+
+def quoted(text: str) -> str:
+    """A text as TOML, whose escapes are those of JSON, writes it."""
+    return json.dumps(text, ensure_ascii=False)
 
 
 def scene(*tables: str, head: str = "") -> str:

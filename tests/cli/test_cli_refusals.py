@@ -79,7 +79,7 @@ INVALID = {
     ),
     "one name twice": (cable() + cable(), ["cables[1].name = 'W1'", "names must be unique"]),
     "line break in a name": (
-        cable().replace("'W1'", '"W\\n1"'),
+        cable("W\n1"),
         ["cables[0].name = 'W\\n1'", "must not contain control characters"],
     ),
     "two stiffnesses": (

@@ -13,10 +13,11 @@ from cablecad.model import Cable, Clamp, Pin
 from cablecad.rod.solve import solve_rod
 
 RATIOS = st.floats(0.0, 0.999)
+UNTURNED = np.eye(3)
 LIMITED = settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
-def solution(end, a, b, *, length=100.0, turn=np.eye(3), move=(0.0, 0.0, 0.0), bulge=(1e-3, 1.0, 0.0), mirror=1.0):
+def solution(end, a, b, *, length=100.0, turn=UNTURNED, move=(0.0, 0.0, 0.0), bulge=(1e-3, 1.0, 0.0), mirror=1.0):
     """A cable in the x-y plane, its ends at angles a and b (None: a pin), then turned and moved."""
 
     def support(position, angle):
@@ -36,7 +37,9 @@ def allowed(ratio: float, reach: float = 0.0) -> float:
 
 def least_gap(one, other) -> float:
     """The relative distance of the two lowest energies: where they meet, the answer may be either."""
-    energies = sorted(e.energy_per_EI * s.length for s in (one, other) for e in s.equilibria if e.stability.stable_in_plane)
+    energies = sorted(
+        e.energy_per_EI * s.length for s in (one, other) for e in s.equilibria if e.stability.stable_in_plane
+    )
     distinct = [e for e in energies[1:] if e > energies[0] * (1 + 1e-7) + 1e-12]
     return (distinct[0] / energies[0] - 1.0) if distinct and energies[0] > 0 else 1.0
 
@@ -69,7 +72,9 @@ def test_rigid_motion_in_space(end, a, b, x, y, z, move) -> None:
     turn = rotation(x, y, z)
     plain = solution(place, a, b)
     moved = solution(place, a, b, turn=turn, move=np.array(move))
-    room = allowed(ratio, np.abs(move).max() / 100.0) + (100 * 2.2e-16 * (1 + np.abs(move).max() / 100) / max(ratio, 1e-3))
+    room = allowed(ratio, np.abs(move).max() / 100.0) + (
+        100 * 2.2e-16 * (1 + np.abs(move).max() / 100) / max(ratio, 1e-3)
+    )
     agree(plain, moved, lambda c: c.points(41), plain.points(41) @ turn.T + move, room)
 
 

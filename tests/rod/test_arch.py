@@ -150,7 +150,7 @@ def test_redundant_data_that_agree_pass_with_a_note() -> None:
 def test_energy(angle: float) -> None:
     """Against the integral of kappa^2 / 2 by mpmath."""
     oracle = PinnedOracle(1.0, angle_deg=angle)
-    kappa = lambda s: 2 * oracle.k * oracle.omega * mp.ellipfun("cn", oracle.omega * s, m=oracle.m)  # noqa: E731
+    kappa = lambda s: 2 * oracle.k * oracle.omega * mp.ellipfun("cn", oracle.omega * s, m=oracle.m)
     exact = mp.quad(lambda s: kappa(s) ** 2, mp.linspace(0, 0.5, 9))  # twice half of it
     assert relative(Arch.of_angle(math.radians(angle)).energy_ratio, exact) < 1e-13
 

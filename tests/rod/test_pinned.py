@@ -117,9 +117,7 @@ def test_crossed_ends_warn_and_are_unstable() -> None:
     np.testing.assert_allclose(solution.position(350.0)[0], [solution.chord, 0, 0], atol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("angle", "margin"), [(130.0, 0.18), (132.0, -0.30), (160.0, -1.12)]
-)
+@pytest.mark.parametrize(("angle", "margin"), [(130.0, 0.18), (132.0, -0.30), (160.0, -1.12)])
 def test_published_margins(angle: float, margin: float) -> None:
     solution = solve_rod(pinned(end=Toward((1, 0, 0)), angle_deg=angle))
     assert solution.stability.in_plane == pytest.approx(margin, abs=5e-3)

@@ -85,7 +85,9 @@ def test_side_of_the_read_back_solid(tolerance: float, tmp_path: Path) -> None:
     assert all(child.color is not None for part in parts.children for child in part.children)
     (built,) = cables.children
     assert built.name == "W1"
-    np.testing.assert_allclose(built.color or built.occurrence_color, (0x2B / 255, 0x6C / 255, 0xB0 / 255, 1.0), atol=1e-4)
+    np.testing.assert_allclose(
+        built.color or built.occurrence_color, (0x2B / 255, 0x6C / 255, 0xB0 / 255, 1.0), atol=1e-4
+    )
     # The oracle solves the scene on its own: length and chord to k.
     import mpmath as mp
 

@@ -25,10 +25,10 @@ def table_1(**data):
 
 
 def test_stiffness_and_euler_load() -> None:
-    EI = PVC.EI(Section(4.0))
-    assert EI == pytest.approx(48883.18, abs=5e-3)
+    bending = PVC.EI(Section(4.0))
+    assert bending == pytest.approx(48883.18, abs=5e-3)
     assert PVC.GJ(Section(4.0)) == pytest.approx(39106.5, abs=0.05)
-    assert EI * (math.pi / 350.0) ** 2 == pytest.approx(3.93843, abs=5e-6)
+    assert bending * (math.pi / 350.0) ** 2 == pytest.approx(3.93843, abs=5e-6)
 
 
 @pytest.mark.parametrize(

@@ -49,7 +49,9 @@ def test_scene(row) -> None:
     assert solution.energy == pytest.approx(float(row["energy"]), rel=1e-10 + 4 * eps / excess)
     exact = np.column_stack([np.array(row["points"], dtype=float), np.zeros(9)])
     room = length * (1e-9 + 10 * eps / math.sqrt(excess))
-    shapes = [e for e in solution.equilibria if e.energy_per_EI == pytest.approx(solution.equilibrium.energy_per_EI, rel=1e-8)]
+    shapes = [
+        e for e in solution.equilibria if e.energy_per_EI == pytest.approx(solution.equilibrium.energy_per_EI, rel=1e-8)
+    ]
     off = min(float(np.abs(shape.centreline.points(9) - exact).max()) for shape in shapes)
     assert off <= room
     assert solution.residual <= 1e-12

@@ -1,0 +1,62 @@
+"""Length as the question: the least length that keeps a bend radius, and keeps it for another 5 %."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cablecad.errors import InfeasibleError
+from cablecad.model import Cable, Clamp, Pin, Port
+from cablecad.rod.solve import solve_rod
+
+ENDS = {
+    "U": (Port((0, 0, 0), (0, 0, 1)), Port((0, 120, 0), (0, 0, 1))),
+    "lead-out": (Port((0, 0, 0), (0, 0, 1), straight=10.0), Port((50, 20, 0), (0, 0, 1))),
+    "clamp-pin": (Clamp((0, 0, 0), (0, 0, 1)), Pin((0, 120, 0))),
+    "coaxial": (Clamp((0, 0, 0), (0, 1, 0)), Clamp((0, 120, 0), (0, 1, 0))),
+    "pinned": (Pin((0, 0, 0)), Pin((0, 120, 0))),
+}
+
+
+@pytest.mark.parametrize("rule", [20.0, 55.0, 80.0])
+@pytest.mark.parametrize("name", ENDS)
+def test_keeps_the_rule_and_is_the_least(name: str, rule: float) -> None:
+    cable = Cable("c", 1.0, *ENDS[name], length="shortest", min_bend_radius=rule, bulge=(1.0, 0.1, 0.2))
+    solution = solve_rod(cable)
+    found = solution.length
+    radius = lambda length: solve_rod(replace(cable, length=float(length))).bend_radius_min
+    assert not any(violation.rule == "min_bend_radius" for violation in solution.violations)
+    for length in np.linspace(found, 1.05 * found, 6)[1:]:
+        assert radius(length) >= rule * (1 - 1e-12)
+    if solution.model == "straight":
+        assert found == pytest.approx(solution.chord, rel=1e-15)
+    else:
+        assert radius(found) >= rule
+        assert radius(found * (1 - 1e-9)) < rule
+        # No shorter length keeps it for 5 %.
+        least = solution.chord + 1e-6
+        for length in np.linspace(least, found, 9)[:-1]:
+            try:
+                assert min(radius(x) for x in (length, 1.03 * length, 1.05 * length)) < rule
+            except InfeasibleError:
+                continue
+    assert any("is the shortest that keeps min_bend_radius" in warning for warning in solution.warnings)
+
+
+def test_the_report_names_the_range_and_the_next() -> None:
+    start, end = ENDS["pinned"]
+    solution = solve_rod(Cable("c", 1.0, start, end, length="shortest", min_bend_radius=80.0))
+    (said,) = [warning for warning in solution.warnings if "shortest" in warning]
+    assert "kept up to" in said
+    assert "again from" in said
+
+
+def test_a_wide_rule_takes_a_long_cable() -> None:
+    """Opposed clamps a millimetre apart: a loop, whose bend radius grows with its length."""
+    ends = Clamp((0, 0, 0), (1, 0, 0)), Clamp((0, 1, 0), (-1, 0, 0))
+    short, long = (
+        solve_rod(Cable("c", 1e-3, *ends, length="shortest", min_bend_radius=rule)).length for rule in (1e3, 1e6)
+    )
+    assert long == pytest.approx(1000 * short, rel=2e-3)
