@@ -49,7 +49,7 @@ _HOMES = {
         "Toward",
     ),
     "cablecad.centreline": ("Arc", "Centreline", "Frames", "Line", "Placement"),
-    "cablecad.rod.solution": ("EndState", "Equilibrium", "Result", "RodSolution"),
+    "cablecad.rod.solution": ("EndState", "Equilibrium", "RodSolution"),
     "cablecad.scene": ("load_scene",),
     "cablecad.pipeline": ("Built", "build", "build_scene", "solve", "solve_many", "write_step"),
 }

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from enum import Enum
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
@@ -25,16 +24,6 @@ STANDARD_GRAVITY = 9.80665
 """[m/s^2]"""
 
 ModelName = Literal["straight", "planar"]
-
-
-class Result(Enum):
-    """What became of a cable; the text is the advice."""
-
-    solved = "the equilibrium was found to the residual that is stated"
-    infeasible = "physics forbids this shape: change the data the message names"
-    unsolved = "no solution was found although none is known to be impossible: try another length or simpler ends"
-    not_planar = "the ends do not lie in one plane: turn an end into the plane of the other and the chord"
-    invalid_tube = "the tube would cut into itself: choose a smaller diameter, another length or another equilibrium"
 
 
 @dataclass(frozen=True)

@@ -78,9 +78,11 @@ def find_warnings(
     if not stability.stable_in_plane:
         found.append("the chosen equilibrium is unstable in its plane: a real cable does not stay in it")
     elif not stability.stable_out_of_plane:
+        spin = "held by both ends" if stability.spin == "clamped" else "free"
         found.append(
-            "the chosen equilibrium is unstable out of its plane: it lowers its energy by leaving the plane, with its "
-            f"spin {stability.spin}; it holds where something, such as a panel, keeps the cable in the plane"
+            f"the chosen equilibrium is unstable out of its plane (margin {stability.out_of_plane:.3g}, spin {spin}): "
+            "compression and curvature outweigh its stiffness, and it lowers its energy by leaving the plane; it holds "
+            "where something, such as a panel, keeps it in the plane"
         )
     if self_gap is not None and self_gap < 0.0 and cable.allow_contact:
         found.append(

@@ -132,7 +132,7 @@ def test_equilibria_are_listed_stable_first_by_energy() -> None:
     stable = [bool(e.stability.stable_in_plane) for e in solution.equilibria]
     assert stable == sorted(stable, reverse=True)
     energies = [e.energy_per_EI for e, s in zip(solution.equilibria, stable, strict=True) if s]
-    assert energies == sorted(energies)
+    assert all(after >= before * (1 - 1e-12) for before, after in pairwise(energies))  # twins differ by rounding
     assert len(energies) >= 5
     assert {e.winding for e in solution.equilibria} >= {-1, 0, 1}
     narrow = solve_rod(ports())
@@ -166,7 +166,7 @@ def test_out_of_plane_instability_is_a_warning_with_its_cause() -> None:
     solution = solve_rod(hook)
     assert solution.stability.stable_in_plane
     assert not solution.stability.stable_out_of_plane
-    assert any("leaving the plane" in warning and "clamped" in warning for warning in solution.warnings)
+    assert any("leaving the plane" in warning and "held by both ends" in warning for warning in solution.warnings)
 
 
 @pytest.mark.parametrize("straight", [0.0, 12.0])
