@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Literal
 
@@ -132,13 +133,17 @@ def solution_of(
 
 
 def _twins_by_bulge(listed: list[Equilibrium], span: Span) -> Iterator[Equilibrium]:
-    """Equilibria of one energy in the order of the bulge: by their middle, then by their quarter point."""
+    """Equilibria of one energy in the order of the bulge: by their middle, then by their quarter point.
+
+    Their energies, equal but for rounding, are made equal, so that the list is in order of energy to the last digit.
+    """
     i = 0
     while i < len(listed):
         j = i + 1
         while j < len(listed) and _same_energy(listed[i], listed[j]) and _alike(listed[i], listed[j]):
             j += 1
-        yield from sorted(listed[i:j], key=lambda twin: _towards_bulge(twin, span)) if j > i + 1 else listed[i:j]
+        twins = [replace(twin, energy_per_EI=listed[i].energy_per_EI) for twin in listed[i:j]]
+        yield from sorted(twins, key=lambda twin: _towards_bulge(twin, span)) if len(twins) > 1 else twins
         i = j
 
 

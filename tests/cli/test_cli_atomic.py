@@ -20,7 +20,7 @@ ANNOUNCED = "import cablecad.cli; print('up', flush=True); cablecad.cli.main()"
 """The command line, saying when the interpreter has started: before that an interrupt is Python's own affair."""
 
 
-SCENE = scene(*(cable(f"W{i}", material='"pvc"') for i in range(3)), head=PVC)
+SCENE = scene(cable(material='"pvc"'), head=PVC)
 
 
 @pytest.fixture(autouse=True)
@@ -73,7 +73,7 @@ def test_kill_at_any_moment(process, here, whole):
 def test_kill_in_the_middle_of_writing(process, here, whole):
     """As soon as the file aside is there: without a report it is there only while it is written."""
     killed = 0
-    for _ in range(3):
+    for _ in range(2):
         put_old(here)
         one = process(*BUILD[:4])
         while one.poll() is None:

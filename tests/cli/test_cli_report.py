@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from itertools import pairwise
 
 import mpmath as mp
 import numpy as np
@@ -296,8 +297,11 @@ def test_equilibria_come_by_energy_and_the_unstable_last(report):
     found = one["equilibria"]
     assert [equilibrium["index"] for equilibrium in found] == list(range(len(found)))
     assert len(found) > 2
-    order = [(not equilibrium["stable_in_plane"], equilibrium["energy_per_EI"]) for equilibrium in found]
-    assert order == sorted(order)
+    stable = [equilibrium["stable_in_plane"] for equilibrium in found]
+    assert stable == sorted(stable, reverse=True)
+    energies = [equilibrium["energy_per_EI"] for equilibrium in found[: sum(stable)]]
+    for less, more in pairwise(energies):
+        assert less <= more * (1.0 + 1e-12)  # twins differ by rounding
     for key in EQUILIBRIUM[4:]:
         assert found[0][key] == one[key]
 
@@ -319,7 +323,7 @@ def test_vectors_stand_on_one_line_and_names_as_they_are(cli, here):
     text = cli("solve", path, "--json", "--points", "2").out
     assert '"scene": "Käbel [1,\\\\n 2]"' in text
     assert '"position": [0.0, 0.0, 0.0],\n' in text
-    assert read_json(text)["cables"][0]["name"] == "[\\\\n1, 2\\\\n]"
+    assert read_json(text)["cables"][0]["name"] == "[\\n1, 2\\n]"
     assert not re.search(r"^[-+\d.e, ]+$", text, re.MULTILINE)  # a line of numbers alone
 
 
