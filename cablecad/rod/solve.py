@@ -53,12 +53,12 @@ def solve_many(cables: Sequence[Cable], *, search: Search = "answer") -> list[Ro
     results: list[RodSolution | CablecadError] = [SolveError("not solved")] * len(cables)
     together: list[int] = []
     lengths: list[float] = []
-    notes: dict[int, str] = {}
+    remarks: dict[int, str] = {}
     for i, cable in enumerate(cables):
         try:
             length, said = _length(cable)
             if said:
-                notes[i] = said
+                remarks[i] = said
             sized = replace(cable, length=length) if cable.length == "shortest" else cable
             selection = select_model(sized)
             if selection.model == "straight":
@@ -73,10 +73,10 @@ def solve_many(cables: Sequence[Cable], *, search: Search = "answer") -> list[Ro
             results[i] = error
     for i, result in zip(together, solve_two_point([cables[i] for i in together], lengths, search=search), strict=True):
         results[i] = result
-    for i, said in notes.items():
+    for i, said in remarks.items():
         result = results[i]
         if isinstance(result, RodSolution):
-            results[i] = replace(result, cable=cables[i], notes=(said, *result.notes))
+            results[i] = replace(result, cable=cables[i], reason=f"{result.reason}; {said}")
     return results
 
 
