@@ -6,15 +6,29 @@ a fold the move is refused, where it loses its stability the solution says so.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+
+import numpy as np
 
 from cablecad.errors import SolveError, UsageError
 from cablecad.model import Cable, Clamp, Pin, Port, Toward
+from cablecad.rod.equilibria import Equilibria
 from cablecad.rod.follow import follow_planar
 from cablecad.rod.solution import RodSolution
 from cablecad.rod.solve import solve_rod
 from cablecad.rod.span import span_of
 from cablecad.rod.two_point import equilibrium_of, solution_of, torsion_ratio
+
+_JUMP = 0.25
+"""A shape that turns this much further than its ends do may have jumped to another branch [rad]; neighbouring branches
+at a fold are that far apart as soon as one step leaves it behind."""
+
+_HALVINGS = 6
+"""A move is cut into 64 parts at most."""
+
+_PROBES = np.linspace(0.05, 0.95, 7)
+"""Where shapes are compared, over the length: a jump shows in the middle, not at the held ends."""
 
 
 def move_solution(
@@ -50,9 +64,7 @@ def move_solution(
     if (span.start_clamped, span.end_clamped) != (trace.span.start_clamped, trace.span.end_clamped):
         raise UsageError("a moved end must stay what it was, a clamp or a pin; solve the changed cable anew")
     ratio = torsion_ratio(cable, span)
-    row = follow_planar(
-        trace.row, span.start_angle, span.end_angle, span.end_point, excess=span.excess, torsion_ratio=ratio
-    )
+    row = _follow(trace.row, span.start_angle, span.end_angle, span.excess, ratio, _HALVINGS)
     if row is None:
         raise SolveError(
             f"the equilibrium of cable {cable.name} ceased to exist on the way to the moved ends, or the move was too "
@@ -69,6 +81,36 @@ def move_solution(
         if before and not now
     ]
     return replace(solution, notes=tuple(lost))
+
+
+def _follow(
+    last: Equilibria, start_angle: float, end_angle: float, excess: float, ratio: float | None, halvings: int
+) -> Equilibria | None:
+    """Follow an equilibrium in the frame of its chord; None where its branch ended.
+
+    Newton's method that finds the branch gone settles on another one, in a shape that jumped. So a step whose shape
+    turns much further than its ends do is taken again in halves: along a branch the turn shrinks with the step, at a
+    jump it does not.
+    """
+    end = (1.0 - excess, 0.0)
+    found = follow_planar(last, start_angle, end_angle, end, excess=excess, torsion_ratio=ratio)
+    asked = [
+        math.remainder(angle - float(here[0]), 2.0 * math.pi) if held else 0.0
+        for angle, here, held in zip((start_angle, end_angle), (last.theta0, last.theta1), last.held[0], strict=True)
+    ]
+    if found is not None and _turned(last, found) <= _JUMP + abs(asked[0]) + abs(asked[1]):
+        return found
+    if not halvings:
+        return None
+    middle = (start_angle - asked[0] / 2.0, end_angle - asked[1] / 2.0, (excess + float(last.excess[0])) / 2.0)
+    first = _follow(last, *middle, ratio, halvings - 1)
+    return None if first is None else _follow(first, start_angle, end_angle, excess, ratio, halvings - 1)
+
+
+def _turned(before: Equilibria, after: Equilibria) -> float:
+    """The greatest change of the tangent's angle between two shapes, both in the frames of their chords [rad]."""
+    change = after.at(_PROBES)[0] - before.at(_PROBES)[0]
+    return float(np.abs(np.remainder(change + math.pi, 2.0 * math.pi) - math.pi).max())
 
 
 def _moved_cable(
