@@ -8,7 +8,7 @@ parts it was given.
     >>> cable = cc.Cable("W1", diameter=4.0, length=350.0, start=cc.Pin((0, 0, 0)), end=cc.Pin((0, 120, 0)))
     >>> solution = cc.solve(cable)
     >>> round(solution.bend_radius_min, 3)
-    55.905
+    58.622
     >>> solution.points(200).shape
     (200, 3)
 

@@ -52,6 +52,9 @@ _BATCH = 1 << 16
 _PER_RADIAN, _LEAST_SAMPLES = 8.0, 256
 """Samples of the curvature a radian of the tightest bend, and for the whole of a gentle curve."""
 
+_MOST_SAMPLES = 4_000_000
+"""More samples of the curvature than this are not taken: 100 MB, and a curve that no tube's spline could follow."""
+
 _STARTS = 24
 """Cells from which Newton's method begins in one round: those that may hold the least distances."""
 
@@ -71,13 +74,16 @@ def self_gap(curve: Curve, radius: float) -> float | None:
         radius: Of the tube [mm].
 
     Returns:
-        The gap [mm], negative where the tube cuts into itself; None where no two points are so far apart.
+        The gap [mm], negative where the tube cuts into itself; None where no two points are so far apart, and where
+        the curve bends more tightly than the tube allows (kappa r >= 1) or than four million samples of it could tell:
+        such a tube is refused for its bends, and its gap says nothing.
 
     Accuracy: to rounding where critical pairs are isolated or run in families of one distance; never more than 0.1 %
     of the distance too large (`TOLERANCE`).
     """
     apart = math.pi * radius
-    if curve.length <= apart:
+    kappa = curve.greatest_curvature()[0]
+    if curve.length <= apart or kappa * radius >= 1.0 or _PER_RADIAN * kappa * curve.length > _MOST_SAMPLES:
         return None
     search = _Search(curve, apart, _TOUCHING * radius)
     search.run()

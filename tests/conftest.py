@@ -11,6 +11,9 @@ from dataclasses import dataclass
 
 import pytest
 
+# As the command line does, before numpy is loaded: threads only hinder on small matrices.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 COMMAND_LINE = [sys.executable, "-c", "from cablecad.cli import main; main()"]
 """The command `cablecad`, whether or not it is on the path."""
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 from OCP.BRep import BRep_Builder
@@ -50,7 +50,7 @@ from cablecad.brep.kernel import (
 )
 from cablecad.brep.spline import DEGREE, FittedCentreline, FittedPiece
 from cablecad.centreline import Array, Line
-from cablecad.errors import GeometryError
+from cablecad.errors import GeometryError, UsageError
 
 Method = Literal["direct", "pipe_shell"]
 
@@ -84,8 +84,14 @@ def build_tube(fit: FittedCentreline, radius: float, *, method: Method = "direct
         A closed solid: one side face a piece, a plane with a true circle at each end ("direct").
 
     Raises:
+        UsageError: There is no such method.
         GeometryError: Open Cascade failed.
+
+    Limits: BRepCheck and Open Cascade's own use of the solid are right for lengths up to 1e5 radii at least
+    (tests/brep/test_tube.py). Beyond 3e5 its healing, which reads STEP, may turn so thin a solid inside out.
     """
+    if method not in get_args(Method):
+        raise UsageError(f"no method {method!r} to make a tube; take one of {', '.join(get_args(Method))}")
     with silence(), occ_errors(GeometryError, "making the tube", "try another tolerance or report the scene"):
         return _direct(fit, radius) if method == "direct" else _pipe_shell(fit, radius)
 

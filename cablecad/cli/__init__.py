@@ -5,6 +5,7 @@ stdout carries the result alone, stderr all else.
 
 from __future__ import annotations
 
+import os
 import sys
 
 INTERRUPTED = 130
@@ -13,6 +14,8 @@ INTERRUPTED = 130
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line as a process of its own, and exit with its code."""
+    # Matrices here have some 40 rows: threads of BLAS cost more than they bring, many times so on a busy machine.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:  # All imports are in here, so that Ctrl-C is understood from the first moment on.
         from cablecad.cli.group import cablecad
         from cablecad.cli.interrupt import interrupt

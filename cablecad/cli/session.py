@@ -7,8 +7,8 @@ import os
 import sys
 import traceback
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
-from io import TextIOWrapper
+from contextlib import contextmanager, suppress
+from io import TextIOWrapper, UnsupportedOperation
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -107,7 +107,8 @@ def _trace(error: BaseException) -> None:
 
 def _forget_stdout() -> None:
     """Let what stdout still holds go nowhere, or Python would try to write it once more as it exits."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    with suppress(UnsupportedOperation):  # a stand-in for stdout holds nothing that could be lost
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 # --- the run ------------------------------------------------------------------------------------------------------
@@ -142,7 +143,7 @@ def _interrupted() -> int:
 
 def _failed(error: Exception) -> int:
     """Say what went wrong and return the code for it."""
-    if isinstance(error, OSError) and not isinstance(error, CablecadError) and error.filename is None:
+    if isinstance(error, OSError) and error.errno is not None and error.filename is None:
         # Of all that is read and written, stdout alone has no name.
         _forget_stdout()
         error = ExchangeError(f"stdout cannot be written: {error.strerror}; send it elsewhere")

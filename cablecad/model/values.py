@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
 from numbers import Integral, Real
 from typing import NamedTuple
@@ -28,6 +29,10 @@ class Range(NamedTuple):
 ANY_NUMBER = Range()
 POSITIVE = Range(above=0.0)
 
+SMALLEST, LARGEST = 1e-100, 1e100
+"""Sizes beyond these, or their squares' inverses, are no doubles; no cable is near them."""
+
+
 RANGES = {
     **dict.fromkeys(("diameter", "length", "slack", "force", "rise", "bend_radius", "min_bend_radius"), POSITIVE),
     "angle_deg": Range(above=0.0, below=180.0),  # of a cable's ends: a rotation's angle may be any
@@ -38,8 +43,8 @@ RANGES = {
 """The range of every number that has one, by its key: for the checks here and for the schema of scene files."""
 
 
-def number_mistakes(path: str, value: object, allowed: Range = ANY_NUMBER) -> Iterator[Mistake]:
-    """Check that `value` is a finite number in its range."""
+def number_mistakes(path: str, value: object, allowed: Range = ANY_NUMBER, *, sized: bool = False) -> Iterator[Mistake]:
+    """Check that `value` is a finite number in its range; a `sized` one is computed with, so that its square is one."""
     above, least, below, most = allowed
     if isinstance(value, bool) or not isinstance(value, Real):
         yield Mistake(path, "must be a number", value)
@@ -50,6 +55,8 @@ def number_mistakes(path: str, value: object, allowed: Range = ANY_NUMBER) -> It
         number = math.inf
     if not math.isfinite(number):
         yield Mistake(path, "must be a finite number", value)
+    elif sized and number and not SMALLEST < abs(number) < LARGEST:
+        yield Mistake(path, f"must be 0 or between {SMALLEST:g} and {LARGEST:g}, which can be computed with", value)
     elif above is not None and number <= above:
         yield Mistake(path, f"must be greater than {above:g}", value)
     elif least is not None and number < least:
@@ -65,7 +72,7 @@ def vector_mistakes(path: str, value: object, *, axis: bool = False) -> Iterator
     if not isinstance(value, Sequence) or isinstance(value, str | bytes) or len(value) != 3:
         yield Mistake(path, "must be three numbers [x, y, z]", value)
         return
-    mistakes = [m for i, part in enumerate(value) for m in number_mistakes(f"{path}[{i}]", part)]
+    mistakes = [m for i, part in enumerate(value) for m in number_mistakes(f"{path}[{i}]", part, sized=not axis)]
     yield from mistakes
     if axis and not mistakes and math.hypot(*value) == 0.0:
         yield Mistake(path, "an axis must not be zero; write a direction such as [0, 0, 1]", value)
@@ -75,7 +82,9 @@ def text_mistakes(path: str, value: object) -> Iterator[Mistake]:
     """Check that `value` is a name: text with something in it, on one line."""
     if not isinstance(value, str) or not value.strip():
         yield Mistake(path, "must be a text that is not empty", value)
-    elif any(ord(c) < 32 or ord(c) == 127 for c in value):
+    elif value != value.strip():
+        yield Mistake(path, "must not begin or end with a blank, which STEP files do not keep", value)
+    elif any(unicodedata.category(c) in ("Cc", "Cs", "Zl", "Zp") for c in value):
         yield Mistake(path, "must not contain control characters such as line breaks or tabs", value)
 
 

@@ -279,6 +279,8 @@ def _arches(primary: Mapping[str, float], EI: float | None) -> list[Arch]:
     if x == 0.0:  # only a chord can vanish, and it comes first in the order
         return [FIGURE_EIGHT]
     target = x / y
+    if "force" in primary and {a, b} & {"length", "chord"} and abs(abs(target) / math.pi - 1.0) <= _ROUNDING:
+        raise InfeasibleError(_out_of_reach(primary, EI))  # the Euler load itself leaves the amplitude open
     turning = [math.log(arch.m / arch.m1) for arch in _TURNING.get(frozenset(primary), ())]
     ends = [-_STEEPEST, *turning, _STEEPEST]
     found: list[float] = []
@@ -310,8 +312,8 @@ def _of_length_and_chord(length: float, chord: float) -> Arch:
     """The arch with this length and signed chord, from the exact excess where the chord is long."""
     if abs(chord) >= length:
         raise InfeasibleError(
-            f"length {length:.12g} mm is not more than the distance of the ends, {abs(chord):.12g} mm, "
-            f"by {abs(chord) - length:.3g} mm; make the cable longer or bring the ends together"
+            f"length {length:.12g} mm is not more than the chord's {abs(chord):.12g} mm (it lacks "
+            f"{abs(chord) - length:.3g} mm); make the cable longer or bring the ends together"
         )
     if chord > length / 2.0:
         return _of_excess(math.log((length - chord) / length))
@@ -373,7 +375,7 @@ def _root(function: Callable[[float], float], low: float, high: float) -> float 
     a, b = high, low
     fa, fb = function(a), function(b)
     for end, value in ((low, fb), (high, fa)):
-        if abs(value) <= _ROUNDING:
+        if abs(value) <= _ROUNDING and abs(end) < _STEEPEST:
             return end
     if fa * fb > 0.0 or math.isnan(fa * fb):
         return None

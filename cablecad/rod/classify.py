@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
-from functools import lru_cache, partial
+from functools import partial
 
 import numpy as np
 
 from cablecad.rod.equilibria import SHARP_MODES, Equilibria
 from cablecad.rod.flow import Jump
+from cablecad.rod.judge import nodes
 from cablecad.rod.polish import Middle
 from cablecad.rod.problem import Problem
 from cablecad.rod.ritz import Ritz
-from cablecad.rod.stability import stability, stability_at_nodes
+from cablecad.rod.stability import in_plane_at_nodes, stability
 from cablecad.rod.taut import Taut, wrap
-from cablecad.rod.trial import Array, TrialSpace, legendre, trial_space
+from cablecad.rod.trial import Array
 
 _TURN = 2.0 * np.pi
-
-
-@lru_cache(maxsize=16)
-def _nodes(start_clamped: bool, end_clamped: bool, modes: int) -> tuple[TrialSpace, Array, Array]:
-    """Trial functions for the stability, and the Ritz functions and their slopes at their nodes."""
-    space = trial_space(start_clamped, end_clamped, (0.0, 1.0), modes)
-    slopes, values = legendre(space.s, modes)
-    one = np.ones_like(space.s)
-    return space, np.column_stack([1.0 - space.s, space.s, values]), np.column_stack([-one, one, slopes])
 
 
 def classify(
@@ -41,18 +33,16 @@ def classify(
         probe: Their flow to `polish.PROBES`.
         residual: Largest unmet end condition of each.
     """
-    trial, values, slopes = _nodes(*problem.judged, z.shape[1] - 2)
+    trial, values, slopes = nodes(*problem.judged, z.shape[1] - 2)
     theta, kappa = z @ values.T, z @ slopes.T
     force = middle.force
-    judged = stability_at_nodes(
+    margins = np.full((len(z), 2), np.nan)
+    margins[:, 0] = in_plane_at_nodes(
         trial,
         theta,
-        kappa,
         force,
-        z[:, :2],
         start_clamped=problem.judged[0],
         end_clamped=problem.judged[1],
-        torsion_ratio=problem.torsion_ratio,
         chord=_chord(problem.excess[scene]),
     )
     # The discretised solution counts the turns, the polished state has the digits.
@@ -101,9 +91,9 @@ def classify(
         inflections=inflections,
         side=side,
         residual=residual,
-        margin_in_plane=judged.in_plane,
-        margin_out_of_plane=judged.out_of_plane,
-        free_turn=np.broadcast_to(judged.free_turn, scene.shape),
+        margins=margins,
+        free_turns=np.zeros(len(scene), dtype=bool),
+        torsion_ratio=_torsion_ratio(problem, len(scene)),
         taut=np.zeros(len(scene), dtype=bool),
         a=zero,
         b=zero,
@@ -182,9 +172,9 @@ def classify_taut(pulled: Taut, problem: Problem) -> Equilibria:
         inflections=(pulled.a * pulled.b > 0.0).astype(int),
         side=side.astype(int),
         residual=np.max(missing, axis=0),
-        margin_in_plane=inside,
-        margin_out_of_plane=outside,
-        free_turn=free,
+        margins=np.stack([inside, outside], axis=-1),
+        free_turns=free,
+        torsion_ratio=_torsion_ratio(problem, len(w)),
         taut=np.ones(len(w), dtype=bool),
         a=pulled.a,
         b=pulled.b,
@@ -213,6 +203,11 @@ def _taut_margins(pulled: Taut, problem: Problem) -> tuple[Array, Array, np.ndar
         )
         inside[i], outside[i], free[i] = judged.in_plane, judged.out_of_plane, judged.free_turn
     return inside, outside, free
+
+
+def _torsion_ratio(problem: Problem, count: int) -> Array:
+    held = problem.torsion_ratio is not None and all(problem.judged)
+    return np.full(count, problem.torsion_ratio if held else np.nan)
 
 
 def _angle(one: Taut, s: Array) -> Array:

@@ -12,6 +12,11 @@ from cablecad.rod.stability import NEUTRAL
 from cablecad.rod.taut import Taut, wrap
 from cablecad.rod.trial import Array
 
+SMOOTH_MODES = 24
+SMOOTH_OMEGA = 7.0
+"""Up to this omega 24 modes give margins to 1e-8 omega^2 (up to 9: 1e-7) and angles to 3e-7 at worst, from where one
+step of Newton's method on the middle goes to rounding."""
+
 SHARP_MODES = 44
 """Legendre modes of the finest discretisation: boundary layers of omega = 36 to 1e-8."""
 
@@ -39,11 +44,14 @@ class Equilibria:
         inflections: Zeros of the curvature strictly inside.
         side: +1 where the middle lies left of the chord, -1 right; where on it, that of the quarter point.
         residual: Largest unmet end condition.
-        margin_in_plane, margin_out_of_plane: Least eigenvalues, see `stability`.
-        free_turn: Whether a turn about a free axis was left out of the latter.
+        margins: Least eigenvalues in and out of the plane, shape (n, 2), NaN where not yet judged: read
+            `margin_in_plane` and `margin_out_of_plane`, which judge where need be.
+        free_turns: Whether a turn about a free axis was left out of the latter, known with it: read `free_turn`.
+        torsion_ratio: GJ/EI where both ends hold the spin, else NaN.
         taut: Whether the shape is the closed form of `Taut` rather than the flow from mid-span.
         a, b: Angles from n at the ends of a taut cable, else 0.
-        z: Angles at the ends and Legendre coefficients in the frame of the chord, shape (n, 46): a warm start.
+        z: Angles at the ends and Legendre coefficients in the frame of the chord, shape (n, 46): a warm start. NaN
+            where nobody asked yet: read `modes`. Zero for taut cables.
         held: Whether start and end are clamps, shape (n, 2).
         frame: Angle of the chord, by which `z` is turned.
         excess: 1 - chord.
@@ -67,9 +75,9 @@ class Equilibria:
     inflections: np.ndarray
     side: np.ndarray
     residual: Array
-    margin_in_plane: Array
-    margin_out_of_plane: Array
-    free_turn: np.ndarray
+    margins: Array
+    free_turns: np.ndarray
+    torsion_ratio: Array
     taut: np.ndarray
     a: Array
     b: Array
@@ -80,6 +88,35 @@ class Equilibria:
 
     def __len__(self) -> int:
         return len(self.scene)
+
+    @property
+    def margin_in_plane(self) -> Array:
+        """Least eigenvalue in the plane, see `stability`."""
+        from cablecad.rod.judge import judge_in_plane
+
+        return judge_in_plane(self)
+
+    @property
+    def margin_out_of_plane(self) -> Array:
+        """Least eigenvalue out of the plane."""
+        from cablecad.rod.judge import judge_out_of_plane
+
+        return judge_out_of_plane(self)
+
+    @property
+    def free_turn(self) -> np.ndarray:
+        """Whether a turn about an axis that the ends leave free was left out of the margin out of the plane."""
+        from cablecad.rod.judge import judge_out_of_plane
+
+        judge_out_of_plane(self)
+        return self.free_turns
+
+    @property
+    def modes(self) -> Array:
+        """`z`, found from the exact shape where it is not yet known."""
+        from cablecad.rod.judge import discretise
+
+        return discretise(self)
 
     @property
     def stable_in_plane(self) -> np.ndarray:
@@ -108,9 +145,9 @@ class Equilibria:
         rod, pulled = np.flatnonzero(~self.taut), np.flatnonzero(self.taut)
         if len(rod):
             middle = Middle(*(getattr(self, f.name)[rod] for f in fields(Middle)))
-            there, begin = middle.jump(s - 0.5), middle.jump(np.array([-0.5]))
-            theta[rod], kappa[rod] = self.theta[rod, None] + there.turn, there.kappa
-            along, across = there.along - begin.along, there.across - begin.across
+            there = middle.jump(np.append(s, 0.0) - 0.5)
+            theta[rod], kappa[rod] = self.theta[rod, None] + there.turn[:, :-1], there.kappa[:, :-1]
+            along, across = (value[:, :-1] - value[:, -1:] for value in (there.along, there.across))
             cosine, sine = np.cos(middle.compression)[:, None], np.sin(middle.compression)[:, None]
             position[rod] = np.stack([cosine * along - sine * across, sine * along + cosine * across], axis=-1)
         if len(pulled):
@@ -151,9 +188,10 @@ def none() -> Equilibria:
     empty = {f.name: np.zeros(0) for f in fields(Equilibria)}
     for name in ("scene", "winding", "inflections", "side"):
         empty[name] = np.zeros(0, dtype=int)
-    for name in ("tension", "free_turn", "taut"):
+    for name in ("tension", "free_turns", "taut"):
         empty[name] = np.zeros(0, dtype=bool)
-    empty |= {"force": np.zeros((0, 2)), "z": np.zeros((0, SHARP_MODES + 2)), "held": np.zeros((0, 2), dtype=bool)}
+    empty |= {"force": np.zeros((0, 2)), "margins": np.zeros((0, 2)), "z": np.zeros((0, SHARP_MODES + 2))}
+    empty["held"] = np.zeros((0, 2), dtype=bool)
     return Equilibria(**empty)
 
 

@@ -11,8 +11,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from cablecad.centreline import Array
 from cablecad.errors import SolveError, UsageError
 from cablecad.model import Cable, Clamp, Pin, Port, Toward
+from cablecad.rod.elastica import Inflexional
 from cablecad.rod.equilibria import Equilibria
 from cablecad.rod.follow import follow_planar
 from cablecad.rod.solution import RodSolution
@@ -58,7 +60,13 @@ def move_solution(
     cable = _moved_cable(last, start, end, length)
     trace = last.equilibrium.trace
     if trace is None:  # a closed form of its own: nothing is cheaper than solving it again
-        return replace(solve_rod(cable), reason=f"{last.reason}; followed")
+        bent = last.centreline.pieces[0]
+        if not isinstance(bent, Inflexional):
+            return solve_rod(cable)
+        # The side it lies on stands in for the bulge, whose default changes with the direction of the chord.
+        x, y, z = (-bent.placement.e2).tolist()
+        anew = solve_rod(replace(cable, bulge=(x, y, z), equilibrium=last.index - last.index % 2))
+        return replace(anew, cable=cable, reason=f"{last.reason}; followed")
     assert isinstance(cable.length, int | float)
     span = span_of(cable, float(cable.length), near=trace.span.e3)
     if (span.start_clamped, span.end_clamped) != (trace.span.start_clamped, trace.span.end_clamped):
@@ -80,7 +88,33 @@ def move_solution(
         )
         if before and not now
     ]
+    turned = math.acos(min(1.0, abs(float(span.e3 @ trace.span.e3))))
+    if turned > _JUMP + _swing(last, solution):
+        lost.append(
+            f"the plane of the cable turned by {math.degrees(turned):.3g} degrees, more than its ends did: they had "
+            "left it open, and now fix it"
+        )
     return replace(solution, notes=tuple(lost))
+
+
+def _swing(before: RodSolution, after: RodSolution) -> float:
+    """By how much the ends turned, their axes and the line between them together [rad]."""
+    swung = 0.0
+    pairs = []
+    if isinstance(after.cable.start_support, Clamp):
+        pairs.append((before.equilibrium.start.direction, after.equilibrium.start.direction))
+    if isinstance(after.cable.end_support, Clamp):
+        pairs.append((before.equilibrium.end.direction, after.equilibrium.end.direction))
+    if before.chord > 0.0 and after.chord > 0.0:
+        pairs.append((_chord(before), _chord(after)))
+    for one, other in pairs:
+        swung += math.atan2(float(np.linalg.norm(np.cross(one, other))), float(one @ other))
+    return swung
+
+
+def _chord(solution: RodSolution) -> Array:
+    chord: Array = solution.equilibrium.end.position - solution.equilibrium.start.position
+    return chord
 
 
 def _follow(

@@ -148,7 +148,12 @@ def _judge(solved: Pinned, mode: int) -> Stability:
     def kappa(s: Array) -> Array:
         return 2.0 * arch.k * turns * jacobi(turns * s - arch.K, arch.m, arch.m1).cn
 
-    return stability(theta, kappa, (-(turns**2), 0.0), start_clamped=False, end_clamped=False)
+    found = stability(theta, kappa, (-(turns**2), 0.0), start_clamped=False, end_clamped=False)
+    margins = float(found.in_plane), float(found.out_of_plane)
+    if mode > 1 or solved.chord < 0.0:
+        # Unstable, by how little ever: near 180 degrees the margins are exponentially small, below their rounding.
+        margins = min(margins[0], 0.0), min(margins[1], 0.0)
+    return Stability(*margins, bool(found.free_turn), found.spin)
 
 
 def _notes(solved: Pinned) -> list[str]:

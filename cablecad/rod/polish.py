@@ -13,6 +13,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from cablecad.rod.flow import Jump, jump
+from cablecad.rod.midpoint import Held, State, refine
 from cablecad.rod.ritz import Ritz, respond, solve
 from cablecad.rod.taut import SEED, wrap
 from cablecad.rod.trial import Array
@@ -23,6 +24,15 @@ closed form's positions lose what the chord is short of the length."""
 
 _LAYER = 5.5
 """Layers turning further than this come close to a full loop, which moves inwards [rad]."""
+
+EASY_OMEGA = 14.0
+"""Below this a state in floats and plain difference quotients do; above, tension may need its layers."""
+
+_GOOD = 1e-13
+"""Residual above which a solution polished in floats is tried again by the other way."""
+
+_FEW = 8
+"""Up to so many solutions are polished one by one in floats: calls of numpy cost more than the arithmetic."""
 
 PROBES = np.array([-0.5, -0.25, 0.5])
 """Where polished states are carried to: the ends, and the quarter point that tells twins apart."""
@@ -72,6 +82,19 @@ class Middle:
     def take(self, index: np.ndarray) -> Middle:
         """Some of the states."""
         return Middle(*(getattr(self, f.name)[index] for f in fields(self)))
+
+    def one(self, i: int) -> State:
+        """A single one, in floats."""
+        return State(*(getattr(self, name)[i].item() for name in State._fields))
+
+    def replaced(self, rows: np.ndarray, new: Middle) -> Middle:
+        """A copy with `new` in place of `rows`."""
+        values = []
+        for f in fields(self):
+            value = getattr(self, f.name).copy()
+            value[rows] = getattr(new, f.name)
+            values.append(value)
+        return Middle(*values)
 
 
 def middle_of(theta: Array, kappa: Array, force: Array) -> Middle:
@@ -153,6 +176,29 @@ def polish(
         States at mid-span; their flow to `PROBES`; residual, shape (n,): the largest unmet end condition (curvature
         at a pin over 1 + omega).
     """
+    if len(z) > _FEW:
+        return _polish_together(space, z, force, targets, excess, iterations)
+    state = z @ space.middle.T
+    middle = middle_of(state[:, 0], state[:, 1], force)
+    easy = (np.max(np.abs(z @ space.functions.T), axis=1) > _FLAT) & (middle.omega < EASY_OMEGA)
+    residual = np.full(len(z), np.inf)
+    held = 0 not in space.free, 1 not in space.free
+    for i in np.flatnonzero(easy).tolist():
+        given = Held(*held, float(targets[i, 0]), float(targets[i, 1]), float(excess[i]))
+        refined, residual[i], _ = refine(middle.one(i), given)
+        for name, value in zip(State._fields, refined, strict=True):
+            getattr(middle, name)[i] = value
+    rest = np.flatnonzero(residual > _GOOD)
+    if len(rest):
+        some, _, residual[rest] = _polish_together(space, z[rest], force[rest], targets[rest], excess[rest], iterations)
+        middle = middle.replaced(rest, some)
+    return middle, middle.jump(PROBES), residual
+
+
+def _polish_together(
+    space: Ritz, z: Array, force: Array, targets: Array, excess: Array, iterations: int
+) -> tuple[Middle, Jump, Array]:
+    """`polish` for any number at once."""
     state = z @ space.middle.T
     middle = middle_of(state[:, 0], state[:, 1], force)
     matrix = response(space, z, force)
@@ -162,7 +208,7 @@ def polish(
     pulled &= np.max(np.abs(layers), axis=1) < _LAYER
     if pulled.any():
         rows = np.flatnonzero(pulled)
-        middle = _merge(middle, _from_layers(middle.take(rows), layers[rows]), rows, np.ones(len(rows), dtype=bool))
+        middle = middle.replaced(rows, _from_layers(middle.take(rows), layers[rows]))
     flat = np.max(np.abs(z @ space.functions.T), axis=1) < _FLAT
     best = np.full(len(z), np.inf)
     kept = middle
@@ -178,7 +224,7 @@ def polish(
         size[~np.isfinite(size)] = np.inf
         # What rounding of small angles allows is less than rounding of angles of one radian.
         better = size < best[active]
-        kept = _merge(kept, current, active, better)
+        kept = kept.replaced(active[better], current.take(better))
         if len(active) == len(z):
             probe = there
         for old, new in zip(probe, there, strict=True):
@@ -194,7 +240,7 @@ def polish(
         rows = np.flatnonzero(pulled[active])
         if len(rows):
             own = _advance_layers(space, current.take(rows), layers[active[rows]], -missing[rows])
-            moved = _merge(moved, own, rows, np.ones(len(rows), dtype=bool))
+            moved = moved.replaced(rows, own)
         current = moved
     return kept, probe, best
 
@@ -263,12 +309,3 @@ def _advance(middle: Middle, change: Array) -> Middle:
         np.sqrt(np.hypot(size + along, across)),
         middle.tension,
     )
-
-
-def _merge(old: Middle, new: Middle, active: np.ndarray, better: np.ndarray) -> Middle:
-    values = []
-    for f in fields(old):
-        value = getattr(old, f.name).copy()
-        value[active[better]] = getattr(new, f.name)[better]
-        values.append(value)
-    return Middle(*values)

@@ -98,7 +98,7 @@ def _with_length(shape: Equilibria, d: _Change, position: Array) -> Sensitivity:
 def _bent(shape: Equilibria, s: Array) -> _Change:
     held = bool(shape.held[0, 0]), bool(shape.held[0, 1])
     space = ritz(*held, SHARP_MODES)
-    z, frame = shape.z, float(shape.frame[0])
+    z, frame = shape.modes, float(shape.frame[0])
     turn = np.array([[np.cos(frame), -np.sin(frame)], [np.sin(frame), np.cos(frame)]])
     # In the frame of the chord, where z is: ends first, then rotate.
     system, tension = respond(space, z, shape.force @ turn)

@@ -278,7 +278,7 @@ def choose(cable: Cable, found: Sequence[Equilibrium]) -> int:
         for i, equilibrium in enumerate(found):
             if (equilibrium.winding, equilibrium.side) == (wanted.winding, wanted.side):
                 return i
-        listed = ", ".join(f"({e.winding}, {e.side})" for e in found)
+        listed = ", ".join(dict.fromkeys(f"({e.winding}, {e.side})" for e in found))
         problem = f"no such equilibrium was found; the (winding, side) found are {listed}"
         raise SceneError([Mistake("equilibrium", problem, {"winding": wanted.winding, "side": wanted.side})])
     if wanted >= len(found):

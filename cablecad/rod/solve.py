@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cablecad.errors import CablecadError, SolveError
+from cablecad.errors import CablecadError, Mistake, SceneError, SolveError
 from cablecad.model import Cable, Toward
 from cablecad.rod.pinned import solve_pinned_cable
 from cablecad.rod.select import select_model
@@ -86,10 +86,15 @@ def _length(cable: Cable) -> tuple[float | None, str]:
         return shortest_length(cable)
     if isinstance(cable.length, int | float):
         return float(cable.length), ""
-    if cable.slack is None or cable.is_pinned:
+    end = cable.end_support
+    if cable.slack is None or isinstance(end, Toward):
         return None, ""
-    ends = (cable.start_support, cable.end_support)
-    chord = float(np.linalg.norm(np.subtract(ends[1].position, ends[0].position)))  # type: ignore[union-attr]
+    chord = float(np.linalg.norm(np.subtract(end.position, cable.start_support.position)))
+    if chord == 0.0:
+        problem = "is a share of the distance of the ends, which coincide here; give the length"
+        raise SceneError([Mistake("slack", problem, cable.slack)])
+    if cable.is_pinned:
+        return None, ""
     return chord * (1.0 + cable.slack), ""
 
 

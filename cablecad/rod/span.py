@@ -100,7 +100,9 @@ def span_of(cable: Cable, length: float, *, near: Array | None = None) -> Span:
         )
     apart = positions[1] - positions[0]
     distance = float(np.linalg.norm(apart))
-    normal, off = _plane_normal(cable, apart if distance > COINCIDENT * length else None, given, near)
+    # Nearer than this the direction of the chord is rounding, and must not decide the plane.
+    nowhere = COINCIDENT * length + 8.0 * np.finfo(float).eps * float(np.abs(positions).max())
+    normal, off = _plane_normal(cable, apart if distance > nowhere else None, given, near)
     directions = [None if d is None else unit_vector(d - (d @ normal) * normal) for d in given]
     start, end = (
         place if direction is None else place + way * straight * direction
@@ -110,12 +112,13 @@ def span_of(cable: Cable, length: float, *, near: Array | None = None) -> Span:
     gap = float(np.linalg.norm(chord))
     excess = free - gap if cable.slack is None else cable.slack * distance + (distance - sum(straights) - gap)
     if excess <= 0.0:
-        held = "" if free == length else f" of it {free:.12g} mm free,"
+        held = "" if free == length else f" (of it {free:.12g} mm free)"
+        short = "no more than" if excess == 0.0 else f"{-excess:.6g} mm less than"
         raise InfeasibleError(
-            f"length {length:.12g} mm,{held} is {-excess:.6g} mm less than the distance it has to span, "
-            f"{gap:.12g} mm; make the cable longer or bring the ends together"
+            f"length {length:.12g} mm{held} is {short} the distance it has to span, {gap:.12g} mm; make the cable "
+            "longer or bring the ends together"
         )
-    e1 = unit_vector(chord) if gap > COINCIDENT * free else next(d for d in directions if d is not None)
+    e1 = unit_vector(chord) if gap > nowhere else next(d for d in directions if d is not None)
     e2 = unit_vector(np.cross(normal, e1))
     lean = float(normal @ near) if near is not None else float(e2 @ bulge_direction(e1, cable.bulge))
     # Across the bulge neither side is towards it; the largest coordinate decides, so that the choice is stable.

@@ -43,7 +43,7 @@ NEUTRAL = 1e-8
 
 @dataclass(frozen=True, slots=True)
 class Stability:
-    """Margins of one equilibrium (shape ()) or of many (shape (n,)); see the module for their normalisation.
+    """Margins of one equilibrium (floats) or of many (shape (n,)); see the module for their normalisation.
 
     Attributes:
         in_plane: Least eigenvalue in the plane.
@@ -52,8 +52,8 @@ class Stability:
         spin: ``"clamped"`` where the twist's stiffness took part, else ``"free"``.
     """
 
-    in_plane: Array
-    out_of_plane: Array
+    in_plane: Any
+    out_of_plane: Any
     free_turn: Any
     spin: str
 
@@ -146,21 +146,64 @@ def stability_at_nodes(
     """
     cosine, sine = np.cos(theta), np.sin(theta)
     tension = n[..., :1] * cosine + n[..., 1:] * sine
-    if chord is None:
-        chord = np.stack([cosine @ space.weights, sine @ space.weights], axis=-1)
-    length = np.hypot(chord[..., 0], chord[..., 1])
+    chord = _chord(space, cosine, sine) if chord is None else chord
     pins = not start_clamped and not end_clamped
-    in_plane = least_in_plane(space, cosine, sine, tension, turn_free=(length <= PARALLEL) if pins else None)
-
+    flat = _in_plane(space, cosine, sine, tension, chord, pins)
     held = start_clamped and end_clamped and torsion_ratio is not None
+    tilted, free = _out_of_plane(
+        space, cosine, sine, tension, kappa, ends, chord, start_clamped, end_clamped, torsion_ratio if held else None
+    )
+    # Both at once: at this size calls cost more than arithmetic.
+    rows = np.zeros((2, *tilted[1].shape))
+    rows[0, ..., : flat[1].shape[-2], :], rows[1] = flat[1], tilted[1]
+    least = least_eigenvalue(np.stack([flat[0], tilted[0]]), rows)
+    return Stability(least[0], least[1], free, "clamped" if held else "free")
+
+
+def in_plane_at_nodes(
+    space: TrialSpace, theta: Array, n: Array, *, start_clamped: bool, end_clamped: bool, chord: Array
+) -> Array:
+    """The margin in the plane alone; arguments as for `stability_at_nodes`, shape (...,)."""
+    cosine, sine = np.cos(theta), np.sin(theta)
+    tension = n[..., :1] * cosine + n[..., 1:] * sine
+    return least_eigenvalue(*_in_plane(space, cosine, sine, tension, chord, not start_clamped and not end_clamped))
+
+
+def _chord(space: TrialSpace, cosine: Array, sine: Array) -> Array:
+    return np.stack([cosine @ space.weights, sine @ space.weights], axis=-1)
+
+
+def _in_plane(
+    space: TrialSpace, cosine: Array, sine: Array, tension: Array, chord: Array, pins: bool
+) -> tuple[Array, Array]:
+    """The form in the plane, and the rows that motions are normal to."""
+    return _form(space, tension), _held_rows(
+        space, cosine, sine, np.hypot(chord[..., 0], chord[..., 1]) <= PARALLEL if pins else None
+    )
+
+
+def _out_of_plane(
+    space: TrialSpace,
+    cosine: Array,
+    sine: Array,
+    tension: Array,
+    kappa: Array,
+    ends: Array,
+    chord: Array,
+    start_clamped: bool,
+    end_clamped: bool,
+    torsion_ratio: Any,
+) -> tuple[tuple[Array, Array], Any]:
+    """The form out of the plane and its rows; and whether a free turn is among them. `torsion_ratio` None: free."""
+    length = np.hypot(chord[..., 0], chord[..., 1])
+    held = torsion_ratio is not None
     modes, free = _zero_modes(space, cosine, sine, chord, length, ends, start_clamped, end_clamped, held)
     form = _form(space, tension - kappa**2)
     if held:
         twist = (kappa * space.weights) @ space.values
         form = form + np.asarray(torsion_ratio)[..., None, None] * twist[..., :, None] * twist[..., None, :]
     flat = np.broadcast_to(space.weights @ space.values, modes[0].shape)
-    out_of_plane = least_eigenvalue(form, np.stack([flat, *modes], axis=-2))
-    return Stability(in_plane, out_of_plane, free, "clamped" if held else "free")
+    return (form, np.stack([flat, *modes], axis=-2)), free
 
 
 def least_in_plane(space: TrialSpace, cosine: Array, sine: Array, tension: Array, *, turn_free: Any = None) -> Array:
@@ -168,11 +211,16 @@ def least_in_plane(space: TrialSpace, cosine: Array, sine: Array, tension: Array
 
     `turn_free`, shape (...,), marks cables that are free to turn in the plane: pinned by both ends to one point.
     """
+    return least_eigenvalue(_form(space, tension), _held_rows(space, cosine, sine, turn_free))
+
+
+def _held_rows(space: TrialSpace, cosine: Array, sine: Array, turn_free: Any) -> Array:
+    """What motions in the plane are normal to: the ends stay, and a free turn is left out."""
     rows = np.stack([(sine * space.weights) @ space.values, (cosine * space.weights) @ space.values], axis=-2)
     if turn_free is not None and np.any(turn_free):
         turn = np.broadcast_to(space.weights @ space.values, rows[..., :1, :].shape)
         rows = np.concatenate([rows, np.where(np.asarray(turn_free)[..., None, None], turn, 0.0)], axis=-2)
-    return least_eigenvalue(_form(space, tension), rows)
+    return rows
 
 
 def _form(space: TrialSpace, potential: Array) -> Array:
@@ -230,18 +278,17 @@ def least_eigenvalue(form: Array, rows: Array) -> Array:
     Returns:
         Shape (...,).
     """
-    basis: list[Array] = []
-    for i in range(rows.shape[-2]):
+    count = rows.shape[-2]
+    unit = np.zeros_like(rows)
+    sizes = np.sqrt(np.einsum("...ij,...ij->...i", rows, rows))
+    for i in range(count):
         row = rows[..., i, :]
-        size = np.sqrt(np.sum(row * row, axis=-1))
-        for _ in range(2):  # twice is enough: the second pass removes what rounding left of the first
-            for unit in basis:
-                row = row - np.sum(row * unit, axis=-1)[..., None] * unit
-        left = np.sqrt(np.sum(row * row, axis=-1))
+        for _ in range(2 if i else 0):  # twice is enough: the second pass removes what rounding left of the first
+            row = row - ((row[..., None, :] @ np.swapaxes(unit[..., :i, :], -1, -2)) @ unit[..., :i, :])[..., 0, :]
+        left = np.sqrt(np.einsum("...i,...i->...", row, row)) if i else sizes[..., 0]
         # A row that lost all but a few units of rounding depends on those before it; 1e-30 is zero itself.
-        good = left > np.maximum(1e-14 * size, 1e-30)
-        basis.append(np.where(good[..., None], row / np.where(good, left, 1.0)[..., None], 0.0))
-    unit = np.stack(basis, axis=-2)
+        good = left > np.maximum(1e-14 * sizes[..., i], 1e-30)
+        unit[..., i, :] = row * np.where(good, 1.0 / np.where(good, left, 1.0), 0.0)[..., None]
     across = np.swapaxes(unit, -1, -2)
     image = form @ across
     inner = unit @ image

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from cablecad.centreline import Array, Centreline, Line, Placement
 from cablecad.model import Cable, Clamp
 from cablecad.rod.plane import bulge_direction
 from cablecad.rod.solution import EndState, Equilibrium, RodSolution, Shape
-from cablecad.rod.stability import stability
+from cablecad.rod.stability import Stability, stability
 
 
 def solve_straight(cable: Cable, start: Array, end: Array, *, length: float, reason: str) -> RodSolution:
@@ -21,14 +20,12 @@ def solve_straight(cable: Cable, start: Array, end: Array, *, length: float, rea
     piece = Line(Placement(start, axis, bulge_direction(axis, cable.bulge)), chord)
     nothing = np.zeros(3)
     supports = (cable.start_support, cable.end_support)
-    judged = partial(
-        stability,
-        np.zeros_like,
-        np.zeros_like,
-        (0.0, 0.0),
-        start_clamped=isinstance(supports[0], Clamp),
-        end_clamped=isinstance(supports[1], Clamp),
-    )
+    held = [isinstance(support, Clamp) for support in supports]
+
+    def judge() -> Stability:
+        found = stability(np.zeros_like, np.zeros_like, (0.0, 0.0), start_clamped=held[0], end_clamped=held[1])
+        return Stability(float(found.in_plane), float(found.out_of_plane), bool(found.free_turn), found.spin)
+
     centreline = Centreline([piece])
     line = Equilibrium(
         winding=0,
@@ -41,7 +38,7 @@ def solve_straight(cable: Cable, start: Array, end: Array, *, length: float, rea
             EndState(start, axis, nothing, nothing),
             EndState(centreline.position(chord)[0], axis, nothing, nothing),
         ),
-        judge=judged,
+        judge=judge,
         diameter=cable.diameter,
     )
     unmet = float(np.linalg.norm(line.end.position - end)) / chord

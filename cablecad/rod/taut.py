@@ -12,7 +12,6 @@ the direction -g of n follows from one scalar equation in which a hair of slack 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Any
 
 import numpy as np
 
@@ -122,51 +121,53 @@ def taut(start: Array, end: Array, start_clamped: bool, end_clamped: bool, exces
         end_clamped: Whether the end's direction is held.
         excess: 1 - chord/length, in (0, 1].
     """
-    held = np.array([start_clamped, end_clamped])
-    found: list[tuple[Any, ...]] = []
-    for other_a in (0.0, 1.0) if start_clamped else (0.0,):
-        for other_b in (0.0, 1.0) if end_clamped else (0.0,):
-            # omega < 2 S/excess, were the force along the chord; it turns by a good radian at most.
-            reach = [
-                np.where(h, (2.0 * np.pi - np.abs(angle) if other else np.abs(angle)) + 1.0, 0.0)
-                for h, angle, other in ((held[0], start, other_a), (held[1], end, other_b))
-            ]
-            bound = 2.0 * _shortening(*(np.minimum(r, 2.0 * np.pi) for r in reach))
-            near = np.flatnonzero(bound > SEED * excess)
-            g, a, b = _direction(start[near], end[near], held, excess[near], other_a, other_b)
-            s = _shortening(a, b)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                omega = 2.0 * s / (2.0 * np.sin(g / 2.0) ** 2 + excess[near] * np.cos(g))
-            wide = np.ones(len(near), dtype=bool)
-            for other, end_angle in ((other_a, a), (other_b, b)):
-                if other:
-                    wide &= np.abs(end_angle) < 2.0 * np.pi - _OTHER_WRAP
-            good = wide & (omega > SEED) & np.isfinite(omega)
-            found.append((near[good], -g[good], omega[good], a[good], b[good]))
-    joined = [np.concatenate(parts) for parts in zip(*found, strict=True)] if found else [np.zeros(0)] * 5
-    return Taut(joined[0].astype(int), *joined[1:])
+    # Every way round for each end: all go through one iteration together.
+    options = [
+        np.stack([angle, angle - 2.0 * np.pi * np.where(angle > 0.0, 1.0, -1.0)])
+        if clamped
+        else np.zeros((1, len(angle)))
+        for angle, clamped in ((start, start_clamped), (end, end_clamped))
+    ]
+    fixed_a = np.repeat(options[0], len(options[1]), axis=0)
+    fixed_b = np.tile(options[1], (len(options[0]), 1))
+    held = float(start_clamped), float(end_clamped)
+    # omega < 2 S/excess, were the force along the chord; it turns by a good radian at most.
+    reach = [
+        np.minimum(np.abs(angle) + 1.0, 2.0 * np.pi) * h for angle, h in zip((fixed_a, fixed_b), held, strict=True)
+    ]
+    way, scene = np.nonzero(2.0 * _shortening(reach[0], reach[1]) > SEED * excess)
+    if not len(scene):
+        return Taut(scene, *[np.zeros(0)] * 4)
+    excess = excess[scene]
+    g, a, b = _direction(fixed_a[way, scene], fixed_b[way, scene], held, excess)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        omega = 2.0 * _shortening(a, b) / (2.0 * np.sin(g / 2.0) ** 2 + excess * np.cos(g))
+    # The other way round is taken where it is not much the longer.
+    other_a, other_b = way >= len(options[1]), way % len(options[1]) == 1
+    wide = (~other_a | (np.abs(a) < 2.0 * np.pi - _OTHER_WRAP)) & (~other_b | (np.abs(b) < 2.0 * np.pi - _OTHER_WRAP))
+    good = wide & (omega > SEED) & np.isfinite(omega)
+    return Taut(scene[good], -g[good], omega[good], a[good], b[good])
 
 
-def _direction(
-    start: Array, end: Array, held: np.ndarray, excess: Array, other_a: float, other_b: float
-) -> tuple[Array, Array, Array]:
-    """Newton's method for g: S d sin(g) = V (2 sin^2(g/2) + excess cos(g)), a = start + g, b = end + g."""
+def _direction(fixed_a: Array, fixed_b: Array, held: tuple[float, float], excess: Array) -> tuple[Array, Array, Array]:
+    """Newton's method for g: S d sin(g) = V (2 sin^2(g/2) + excess cos(g)), a = fixed_a + g, b = fixed_b + g."""
     d = 1.0 - excess
-    turn_a = 2.0 * np.pi * np.where(start > 0.0, -other_a, other_a) * held[0]
-    turn_b = 2.0 * np.pi * np.where(end > 0.0, -other_b, other_b) * held[1]
-    fixed_a, fixed_b = (start + turn_a), (end + turn_b)
-    g = np.zeros_like(excess)
-    for _ in range(20):
+    g, last = np.zeros_like(excess), np.full_like(excess, np.inf)
+    for i in range(20):
         a, b = (fixed_a + g) * held[0], (fixed_b + g) * held[1]
         s, v = _shortening(a, b), np.sin(a / 2.0) * held[0] + np.sin(b / 2.0) * held[1]
         ds = v / 2.0
         dv = (np.cos(a / 2.0) * held[0] + np.cos(b / 2.0) * held[1]) / 2.0
-        short = 2.0 * np.sin(g / 2.0) ** 2 + excess * np.cos(g)
-        f = s * d * np.sin(g) - v * short
-        df = ds * d * np.sin(g) + s * d * np.cos(g) - dv * short - v * d * np.sin(g)
+        sine, cosine = np.sin(g), np.cos(g)
+        short = 2.0 * np.sin(g / 2.0) ** 2 + excess * cosine
+        f = s * d * sine - v * short
+        df = ds * d * sine + s * d * cosine - dv * short - v * d * sine
         step = np.where(np.abs(df) > 1e-300, -f / np.where(df == 0.0, 1.0, df), 0.0)
         step = np.clip(step, -0.5, 0.5)
         g = g + step
-        if not np.any(np.abs(step) > 1e-16 + 4e-16 * np.abs(g)):
+        size = np.abs(step)
+        # Late steps that no longer halve are rounding.
+        if not np.any((size > 1e-16 + 4e-16 * np.abs(g)) & ((i < 6) | (size < 0.5 * last))):
             break
+        last = size
     return g, (fixed_a + g) * held[0], (fixed_b + g) * held[1]

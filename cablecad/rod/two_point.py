@@ -165,7 +165,11 @@ def _towards_bulge(twin: Equilibrium, span: Span) -> tuple[float, ...]:
 def equilibrium_of(cable: Cable, span: Span, row: Equilibria, ratio: float | None) -> Equilibrium:
     """One equilibrium of a rod of length one, given the span's length and place."""
     spin: Literal["clamped", "free"] = "free" if ratio is None else "clamped"
-    judged = Stability(row.margin_in_plane[0], row.margin_out_of_plane[0], row.free_turn[0], spin)
+
+    def judge() -> Stability:
+        margins = float(row.margin_in_plane[0]), float(row.margin_out_of_plane[0])
+        return Stability(*margins, bool(row.free_turn[0]), spin)
+
     return Equilibrium(
         winding=int(row.winding[0]),
         side=int(row.side[0]),
@@ -173,7 +177,7 @@ def equilibrium_of(cable: Cable, span: Span, row: Equilibria, ratio: float | Non
         branch=_branch(row),
         energy_per_EI=float(row.energy[0]) / span.length,
         draw=partial(_draw, span, row),
-        judge=lambda: judged,
+        judge=judge,
         diameter=cable.diameter,
         trace=Trace(span, row),
     )

@@ -53,7 +53,7 @@ def load_scene(path: str | PathLike[str]) -> Scene:
         content = path.read_bytes()
     except (OSError, ValueError) as error:  # ValueError: a null character in the path
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise ExchangeError(f"cannot read the scene file {str(path)!r}: {reason}") from error
+        raise ExchangeError(f"cannot read the scene file {str(path)!r}: {reason}; check the path") from error
     return parse_scene(content, source=path)
 
 

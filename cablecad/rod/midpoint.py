@@ -1,0 +1,345 @@
+"""One elastica by its state at mid-span, in floats: what `flow` and `polish` do for arrays, 15 times faster for one.
+
+The two halves of a rod need Jacobi's functions at u and -u, odd or even in u: one descent serves both ends. The
+formulas and their regimes are those of `flow`; the two are held together by tests/rod/test_midpoint.py.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from cablecad.rod.trial import Array
+
+_TURN = 2.0 * math.pi
+
+_STEP = 1e-7
+"""Difference quotients at this step have eight digits, which Newton's method turns into sixteen."""
+
+_SLOW = 0.1
+"""Where a step left more than this of the residual the derivative is taken anew."""
+
+CONTRACTION = 0.5
+"""Each step of Newton's method is to be at most this of the one before. Where one is not, the start was not near, and
+what it led to may be another equilibrium (beyond a fold a small arch snaps through). Deuflhard's monotonicity test."""
+
+_SETTLED = 1e-10
+"""Steps shorter than this, relative to the state, are not compared: they are on their way into rounding."""
+
+_ROUNDING = 2e-15
+"""Residual below which nothing is gained."""
+
+
+class State(NamedTuple):
+    """The middle of a rod of length one; see `polish.Middle`."""
+
+    lean: float
+    kappa: float
+    direction: float
+    omega: float
+    tension: bool
+
+    @property
+    def compression(self) -> float:
+        """Angle of the frame of `carry`: that of -n, in the turn its angles are in."""
+        return self.direction + (math.copysign(math.pi, self.lean) if self.tension else 0.0)
+
+    @property
+    def half(self) -> tuple[float, float]:
+        """sin and cos of half the angle from the compression."""
+        sine, cosine = math.sin(self.lean / 2.0), math.cos(self.lean / 2.0)
+        return (-math.copysign(cosine, self.lean), abs(sine)) if self.tension else (sine, cosine)
+
+
+class Reach(NamedTuple):
+    """A point of the rod as seen from its middle; the fields of `flow.Jump`, and the phase.
+
+    Attributes:
+        phase: Of a swing (omega p, kappa/2) the polar angle, of a revolution half the angle psi, counted from the
+            middle's own without jumps: the curvature vanishes where a swing's cosine does, p where the sine does.
+    """
+
+    turn: float
+    kappa: float
+    p: float
+    c: float
+    along: float
+    across: float
+    square: float
+    phase: float
+
+
+class _Means(NamedTuple):
+    """Arithmetic-geometric means of one parameter: the steps (c, g, c/m) down, the last mean, sum 2^(i-1) c_i^2/m."""
+
+    steps: list[tuple[float, float, float]]
+    mean: float
+    lag: float
+
+
+def _means(m: float, m1: float) -> _Means:
+    """The descent of `flow._landen`."""
+    a, g = 1.0, math.sqrt(m1)
+    ratio = 1.0 / (2.0 * (1.0 + g))
+    steps = []
+    lag, power = 0.0, 1.0
+    while True:
+        a, g = (a + g) / 2.0, math.sqrt(a * g)
+        c = m * ratio
+        lag += power * c * ratio
+        steps.append((c, g, ratio))
+        power *= 2.0
+        if c <= 1e-16 or len(steps) == 14:
+            return _Means(steps, a, lag)
+        ratio *= c / (2.0 * (a + g))
+
+
+_QUARTERED = 0.05
+"""Below this m1 a quarter of the argument is taken and doubled twice; see `flow._functions`."""
+
+
+def _jacobi(u: float, m: float, m1: float) -> tuple[float, float, float, float, float, float]:
+    """sn, cn, dn, int m sn^2, int cn^2 and pi/(2 K): `flow._functions` for one argument."""
+    if m1 < _QUARTERED:
+        u /= 4.0
+    means = _means(m, m1)
+    phi = math.ldexp(means.mean * u, len(means.steps))
+    swing = 0.0
+    for c, g, ratio in reversed(means.steps):
+        sine = math.sin(phi)
+        swing += ratio * sine
+        phi = (phi + math.atan2(c * sine, math.hypot(g, c * math.cos(phi)))) / 2.0
+    sn, cn = math.sin(phi), math.cos(phi)
+    dn = math.sqrt(m1 + m * cn * cn)
+    sine_square, cosine_square = m * (u * (0.5 + means.lag) - swing), u * (0.5 - means.lag) + swing
+    if m1 < _QUARTERED:
+        for _ in range(2):
+            s2, c2 = sn * sn, cn * cn
+            below = c2 * (1.0 + s2) + m1 * s2 * s2
+            sn = 2.0 * sn * cn * dn / below
+            cn, dn = (c2 * c2 - m1 * s2 * s2) / below, (c2 * c2 + m1 * s2 * (1.0 + c2)) / below
+            shift = s2 * sn
+            sine_square, cosine_square = 2.0 * sine_square + m * shift, 2.0 * cosine_square - shift
+    return sn, cn, dn, sine_square, cosine_square, means.mean
+
+
+def curvature(state: State, s: Array) -> Array:
+    """Curvatures at arclengths `s` from the middle, shape (k,), and nothing else: what the modes are made of."""
+    p0, c0 = state.half
+    omega, h0 = state.omega, state.kappa / 2.0
+    o2 = omega * omega
+    w2 = h0 * h0 + o2 * p0 * p0
+    gap = (omega * c0 - abs(h0)) * (omega * c0 + abs(h0))
+    swings = gap >= 0.0
+    r2 = max(o2 if swings else w2, 1e-200)
+    r = math.sqrt(r2)
+    m, m1 = (w2 if swings else o2) / r2, max(abs(gap) / r2, 1e-100) if r2 > 1e-200 else 1.0
+    means = _means(m, m1)
+    quartered = m1 < _QUARTERED
+    phi = math.ldexp(means.mean * r, len(means.steps) - 2 * quartered) * s
+    for c, g, _ in reversed(means.steps):
+        sine, cosine = np.sin(phi), np.cos(phi)
+        phi = (phi + np.arctan2(c * sine, np.sqrt(g * g + (c * cosine) ** 2))) / 2.0
+    sn, cn = np.sin(phi), np.cos(phi)
+    dn = np.sqrt(m1 + m * cn * cn)
+    for _ in range(2 * quartered):
+        s2, c2 = sn * sn, cn * cn
+        below = c2 * (1.0 + s2) + m1 * s2 * s2
+        sn = 2.0 * sn * cn * dn / below
+        cn, dn = (c2 * c2 - m1 * s2 * s2) / below, (c2 * c2 + m1 * s2 * (1.0 + c2)) / below
+    big_c, big_d = (cn, dn) if swings else (dn, cn)
+    big_s = sn / r
+    below = big_c * big_c + c0 * c0 * o2 * big_s * big_s
+    bent: Array = 2.0 * (h0 * big_c - o2 * p0 * c0 * big_s * big_d) / below
+    return bent
+
+
+def carry(state: State, s: float) -> tuple[Reach, Reach]:
+    """What lies at the arclengths -s and s from the middle, s > 0."""
+    p0, c0 = state.half
+    omega, h0 = state.omega, state.kappa / 2.0
+    o2 = omega * omega
+    w2 = h0 * h0 + o2 * p0 * p0
+    gap = (omega * c0 - abs(h0)) * (omega * c0 + abs(h0))
+    swings = gap >= 0.0
+    # A line has r = 0, and then any scale does.
+    r2 = max(o2 if swings else w2, 1e-200)
+    r = math.sqrt(r2)
+    sn, cn, dn, sine_square, cosine_square, rate = _jacobi(
+        r * s, (w2 if swings else o2) / r2, max(abs(gap) / r2, 1e-100) if r2 > 1e-200 else 1.0
+    )
+    big_s = sn / r
+    big_c, big_d = (cn, dn) if swings else (dn, cn)
+    base = (sine_square if swings else r * s - cosine_square) / r
+    below = big_c * big_c + c0 * c0 * o2 * big_s * big_s
+    lift = big_s * big_s / (1.0 + big_c) if big_c >= 0.0 else (1.0 - big_c) / o2
+    weight = c0 * c0 + p0 * p0 * big_c
+    mean = rate * r * s
+    first = math.atan2(omega * p0, h0) if swings else 0.0
+    reached = []
+    for sign in (-1.0, 1.0):
+        at = sign * big_s
+        p = (p0 * big_c * big_d + h0 * c0 * at) / below
+        c = (c0 * big_d - p0 * h0 * at * big_c) / below
+        h = (h0 * big_c - o2 * p0 * c0 * at * big_d) / below
+        half = math.atan2(
+            h0 * at * weight - p0 * c0 * big_d * o2 * lift, big_d * weight + p0 * c0 * h0 * at * (o2 * lift)
+        )
+        if swings:
+            phase = math.atan2(omega * p, h) - first
+            phase = first + phase + _TURN * round((sign * mean - phase) / _TURN)
+        else:
+            half += _TURN * round((sign * math.copysign(mean, h0) - half) / _TURN)
+            phase = math.atan2(p0, c0) + half
+        square = sign * s - sign * base - p0 * p * at
+        along = sign * s - 2.0 * sign * base - 2.0 * p0 * p * at
+        across = 2.0 / below * (p0 * c0 * at * big_d + h0 * (lift - p0 * p0 * big_s * big_s))
+        reached.append(Reach(2.0 * half, 2.0 * h, p, c, along, across, square, phase))
+    return reached[0], reached[1]
+
+
+def wrap(angle: float) -> float:
+    """The angle in [-pi, pi]."""
+    return math.remainder(angle, _TURN)
+
+
+class Held(NamedTuple):
+    """The two-point problem of one rod in the frame of its chord: clamps, their angles, 1 - chord."""
+
+    start: bool
+    end: bool
+    a: float
+    b: float
+    excess: float
+
+
+def unmet(state: State, given: Held) -> tuple[list[float], tuple[Reach, Reach]]:
+    """End conditions not met, in the order of `polish.unmet`, and the ends."""
+    ends = carry(state, 0.5)
+    x, y = ends[1].along - ends[0].along, ends[1].across - ends[0].across
+    frame = state.compression
+    cosine, sine = math.cos(frame), math.sin(frame)
+    missing = [1.0 - (cosine * x - sine * y) - given.excess, sine * x + cosine * y, ends[0].kappa, ends[1].kappa]
+    theta = state.direction + state.lean
+    if given.start:
+        missing[2] = wrap(theta + ends[0].turn - given.a)
+    if given.end:
+        missing[3] = wrap(theta + ends[1].turn - given.b)
+    return missing, ends
+
+
+def size_of(missing: Sequence[float], state: State, given: Held) -> float:
+    """The largest unmet condition; curvature at a pin over 1 + omega."""
+    scale = 1.0 + state.omega
+    start, end = missing[2] if given.start else missing[2] / scale, missing[3] if given.end else missing[3] / scale
+    size = max(abs(missing[0]), abs(missing[1]), abs(start), abs(end))
+    return size if math.isfinite(size) else math.inf
+
+
+def advance(state: State, change: Sequence[float]) -> State:
+    """The state after theta, kappa and the force, along `direction` and across it, changed; see `polish._advance`."""
+    theta, kappa, along, across = change
+    if not state.tension:
+        along, across = -along, -across
+    size = state.omega * state.omega + along
+    turn = math.atan2(across, size)
+    return State(
+        wrap(state.lean + (theta - turn)),
+        state.kappa + kappa,
+        state.direction + turn,
+        math.sqrt(math.hypot(size, across)),
+        state.tension,
+    )
+
+
+def refine(state: State, given: Held, *, iterations: int = 10) -> tuple[State, float, tuple[Reach, Reach]]:
+    """Newton's method with difference quotients, mended by Broyden's update and taken anew only where that is slow.
+
+    Returns:
+        The best state met, its residual and its ends. It stays far from zero where the steps do not contract.
+    """
+    missing, ends = unmet(state, given)
+    size = size_of(missing, state, given)
+    best = state, size, ends
+    rows: list[list[float]] = []
+    last = math.inf
+    force = (1.0 + state.omega**2) ** -2
+    weights = (1.0, (1.0 + state.omega) ** -2, force, force)
+    for _ in range(iterations):
+        if size <= _ROUNDING:
+            break
+        if not rows:
+            rows = _derivative(state, given, missing)
+        step = solve4(rows, missing)
+        if step is None:
+            break
+        length = max(abs(step[0]), abs(step[1]) / (1.0 + state.omega), math.hypot(*step[2:]) / (1.0 + state.omega**2))
+        if not length <= CONTRACTION * last and length > _SETTLED:
+            break
+        last = length
+        state = advance(state, [-value for value in step])
+        missing, ends = unmet(state, given)
+        old, size = size, size_of(missing, state, given)
+        if size < best[1]:
+            best = state, size, ends
+        elif length <= _SETTLED:
+            break
+        if size > _SLOW * old:
+            rows = []
+            continue
+        # Broyden: what the step left over is what the derivative got wrong along it.
+        along = [value * weight for value, weight in zip(step, weights, strict=True)]
+        share = 1.0 / sum(value * by for value, by in zip(step, along, strict=True))
+        rows = [
+            [value - rest * by * share for value, by in zip(row, along, strict=True)]
+            for row, rest in zip(rows, missing, strict=True)
+        ]
+    return best
+
+
+def _derivative(state: State, given: Held, missing: list[float]) -> list[list[float]]:
+    """Rows of the derivative of `unmet` by theta, kappa and the force along and across `direction`."""
+    steps = (_STEP * (1.0 + abs(state.kappa)), _STEP * (1.0 + state.omega**2), _STEP * (1.0 + state.omega**2))
+    columns = []
+    for i, step in enumerate(steps):
+        change = [0.0, 0.0, 0.0, 0.0]
+        # Away from zero force: its size cannot shrink below it.
+        change[i + 1] = step if i != 1 or state.tension else -step
+        there, _ = unmet(advance(state, change), given)
+        columns.append([_difference(new - old) / change[i + 1] for new, old in zip(there, missing, strict=True)])
+    # Turning the whole rod with its force is known; what it does beyond the force's turn is theta's.
+    turned = [missing[1], 1.0 - given.excess - missing[0], float(given.start), float(given.end)]
+    pull = state.omega**2 if state.tension else -(state.omega**2)
+    first = [whole - pull * across for whole, across in zip(turned, columns[2], strict=True)]
+    return [list(row) for row in zip(first, *columns, strict=True)]
+
+
+def _difference(value: float) -> float:
+    """A small change of a number that may be an angle."""
+    return wrap(value) if abs(value) > 3.0 else value
+
+
+def solve4(rows: Sequence[Sequence[float]], right: Sequence[float]) -> list[float] | None:
+    """Solve a system of four equations by elimination with pivots; None where it is singular."""
+    work = [[*row, value] for row, value in zip(rows, right, strict=True)]
+    count = len(work)
+    for i in range(count):
+        pivot = max(range(i, count), key=lambda j: abs(work[j][i]))
+        work[i], work[pivot] = work[pivot], work[i]
+        top = work[i]
+        if not abs(top[i]) > 0.0:
+            return None
+        for j in range(i + 1, count):
+            row = work[j]
+            factor = row[i] / top[i]
+            if factor:
+                for k in range(i + 1, count + 1):
+                    row[k] -= factor * top[k]
+    answer = [0.0] * count
+    for i in reversed(range(count)):
+        rest = work[i][count] - sum(work[i][k] * answer[k] for k in range(i + 1, count))
+        answer[i] = rest / work[i][i]
+    return answer

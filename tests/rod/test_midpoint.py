@@ -1,0 +1,79 @@
+"""One elastica in floats: the same as `flow` for arrays, in every regime, and Newton's method upon it."""
+
+import math
+
+import numpy as np
+import pytest
+from test_flow import S, states
+
+from cablecad.rod.flow import Jump, jump
+from cablecad.rod.midpoint import Held, State, advance, carry, curvature, refine, solve4, unmet
+from cablecad.rod.planar import solve_planar
+from cablecad.rod.polish import Middle
+
+
+def in_floats(psi, kappa, omega, *, tension):
+    lean = math.remainder(psi - math.pi, 2 * math.pi) if tension else psi
+    return State(float(lean), float(kappa), 0.7, float(omega), tension)
+
+
+@pytest.mark.parametrize("tension", [False, True])
+@pytest.mark.parametrize(("psi", "kappa", "omega"), list(states()))
+def test_every_regime_is_that_of_the_arrays(psi, kappa, omega, tension):
+    state = in_floats(psi, kappa, omega, tension=tension)
+    middle = Middle(*(np.array([value]) for value in state))
+    for s in (0.3, 0.5):
+        want = middle.jump(np.array([-s, s]))
+        for i, got in enumerate(carry(state, s)):
+            for name in Jump._fields:
+                scale = 1 + omega + abs(kappa)
+                assert abs(getattr(got, name) - getattr(want, name)[0, i]) < 3e-14 * scale, name
+
+
+@pytest.mark.parametrize(("psi", "kappa", "omega"), list(states()))
+def test_curvature_along_the_rod_is_that_of_the_flow(psi, kappa, omega):
+    state = in_floats(psi, kappa, omega, tension=False)
+    p, c = state.half
+    want = jump(np.array([p]), np.array([c]), np.array([kappa]), np.array([omega]), S).kappa[0]
+    assert np.max(np.abs(curvature(state, S) - want)) < 3e-14 * (1 + omega + abs(kappa))
+
+
+def test_phase_counts_inflections_and_crests():
+    """A swing of 3.2 waves: kappa = 2 k omega cn(u) has its zeros where the phase passes odd quarter turns."""
+    state = State(0.0, 30.0, 0.0, 20.0, False)
+    begin, finish = carry(state, 0.5)
+    s = np.linspace(-0.5, 0.5, 20001)
+    kappa = curvature(state, s)
+    zeros = np.count_nonzero(kappa[1:] * kappa[:-1] < 0)
+    assert zeros == math.ceil(finish.phase / math.pi - 0.5) - math.floor(begin.phase / math.pi - 0.5) - 1
+    assert finish.phase == pytest.approx(-begin.phase, rel=1e-14)
+
+
+def test_newton_restores_a_disturbed_solution():
+    found = solve_planar([0.5], [-1.2], [(0.4, 0.3)]).equilibria
+    for i in range(len(found)):
+        row = found.take(slice(i, i + 1))
+        frame = row.frame.item()
+        state = State(*(getattr(row, name).item() for name in State._fields))._replace(
+            direction=row.direction.item() - frame
+        )
+        given = Held(True, True, 0.5 - frame, -1.2 - frame, row.excess.item())
+        assert max(map(abs, unmet(state, given)[0])) < 1e-13
+        again, residual, _ = refine(advance(state, [1e-3, -5e-3, 0.03, -0.02]), given)
+        assert residual < 1e-14
+        assert abs(again.kappa - state.kappa) < 1e-11
+
+
+def test_a_start_that_is_not_near_is_not_solved():
+    """A step longer than half of the one before tells that what follows may be another equilibrium."""
+    state = State(0.0, 1.0, 0.0, 5.0, False)
+    assert refine(state, Held(True, True, 2.5, -2.9, 0.95))[1] > 1e-3
+
+
+def test_elimination():
+    rng = np.random.default_rng(4)
+    for _ in range(20):
+        rows, right = rng.normal(size=(4, 4)), rng.normal(size=4)
+        rows[0, 0] = 0.0  # needs a pivot
+        assert np.allclose(rows @ solve4(rows.tolist(), right.tolist()), right, rtol=0, atol=1e-11)
+    assert solve4([[1.0, 2, 3, 4], [2.0, 4, 6, 8], [0.0, 0, 1, 0], [0.0, 0, 0, 1]], [1.0, 2, 3, 4]) is None
