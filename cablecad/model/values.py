@@ -32,6 +32,8 @@ POSITIVE = Range(above=0.0)
 SMALLEST, LARGEST = 1e-100, 1e100
 """Sizes beyond these, or their squares' inverses, are no doubles; no cable is near them."""
 
+COORDINATE = Range(above=-LARGEST, below=LARGEST)
+
 
 RANGES = {
     **dict.fromkeys(("diameter", "length", "slack", "force", "rise", "bend_radius", "min_bend_radius"), POSITIVE),
@@ -72,7 +74,7 @@ def vector_mistakes(path: str, value: object, *, axis: bool = False) -> Iterator
     if not isinstance(value, Sequence) or isinstance(value, str | bytes) or len(value) != 3:
         yield Mistake(path, "must be three numbers [x, y, z]", value)
         return
-    mistakes = [m for i, part in enumerate(value) for m in number_mistakes(f"{path}[{i}]", part, sized=not axis)]
+    mistakes = [m for i, part in enumerate(value) for m in number_mistakes(f"{path}[{i}]", part, COORDINATE)]
     yield from mistakes
     if axis and not mistakes and math.hypot(*value) == 0.0:
         yield Mistake(path, "an axis must not be zero; write a direction such as [0, 0, 1]", value)

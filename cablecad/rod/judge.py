@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
 from cablecad.rod.equilibria import SHARP_MODES, SMOOTH_MODES, SMOOTH_OMEGA, Equilibria
 from cablecad.rod.midpoint import State, curvature
 from cablecad.rod.ritz import ritz
-from cablecad.rod.stability import in_plane_at_nodes, stability_at_nodes
+from cablecad.rod.stability import in_plane_at_nodes, out_of_plane_at_nodes, stability_at_nodes
 from cablecad.rod.trial import Array, TrialSpace, legendre, trial_space
 
 
@@ -45,22 +46,22 @@ def judge_in_plane(found: Equilibria) -> Array:
 
 
 def judge_out_of_plane(found: Equilibria) -> Array:
-    """Margins out of the plane, shape (n,), and `free_turns`; those not yet known are found, with those in the plane."""
+    """Margins out of the plane, shape (n,), and `free_turns`; those not yet known are found."""
     margins = found.margins[:, 1]
     for rows, space, theta, kappa, some in _unjudged(found, margins):
-        judged = stability_at_nodes(
-            space,
-            theta,
-            kappa,
-            some.force,
-            np.stack([some.theta0, some.theta1], axis=-1),
-            start_clamped=bool(some.held[0, 0]),
-            end_clamped=bool(some.held[0, 1]),
-            torsion_ratio=None if np.isnan(some.torsion_ratio[0]) else some.torsion_ratio,
-            chord=_chord(some),
-        )
-        found.margins[rows, 0] = np.where(np.isnan(found.margins[rows, 0]), judged.in_plane, found.margins[rows, 0])
-        margins[rows], found.free_turns[rows] = judged.out_of_plane, judged.free_turn
+        given = (space, theta, kappa, some.force, np.stack([some.theta0, some.theta1], axis=-1))
+        ends: dict[str, Any] = {
+            "start_clamped": bool(some.held[0, 0]),
+            "end_clamped": bool(some.held[0, 1]),
+            "torsion_ratio": None if np.isnan(some.torsion_ratio[0]) else some.torsion_ratio,
+            "chord": _chord(some),
+        }
+        if np.isnan(some.margins[:, 0]).all():
+            judged = stability_at_nodes(*given, **ends)
+            found.margins[rows, 0] = judged.in_plane
+            margins[rows], found.free_turns[rows] = judged.out_of_plane, judged.free_turn
+        else:
+            margins[rows], found.free_turns[rows] = out_of_plane_at_nodes(*given, **ends)
     return margins
 
 

@@ -29,9 +29,6 @@ at a fold are that far apart as soon as one step leaves it behind."""
 _HALVINGS = 6
 """A move is cut into 64 parts at most."""
 
-_PROBES = np.linspace(0.05, 0.95, 7)
-"""Where shapes are compared, over the length: a jump shows in the middle, not at the held ends."""
-
 
 def move_solution(
     last: RodSolution,
@@ -80,21 +77,26 @@ def move_solution(
         )
     reached = equilibrium_of(cable, span, row, ratio)
     solution = solution_of(cable, float(cable.length), span, (reached,), 0, "followed from the last solution")
-    lost = [
+    return replace(solution, find_notes=lambda: _notes(last, solution, trace.span.e3, span.e3))
+
+
+def _notes(last: RodSolution, moved: RodSolution, before: Array, after: Array) -> tuple[str, ...]:
+    """What happened on the way: stability that was lost, a plane that turned; normals before and after, shape (3,)."""
+    said = [
         f"the equilibrium lost its stability {place} on the way"
-        for place, before, now in (
-            ("in its plane", last.stability.stable_in_plane, reached.stability.stable_in_plane),
-            ("out of its plane", last.stability.stable_out_of_plane, reached.stability.stable_out_of_plane),
+        for place, then, now in (
+            ("in its plane", last.stability.stable_in_plane, moved.stability.stable_in_plane),
+            ("out of its plane", last.stability.stable_out_of_plane, moved.stability.stable_out_of_plane),
         )
-        if before and not now
+        if then and not now
     ]
-    turned = math.acos(min(1.0, abs(float(span.e3 @ trace.span.e3))))
-    if turned > _JUMP + _swing(last, solution):
-        lost.append(
+    turned = math.acos(min(1.0, abs(float(after @ before))))
+    if turned > _JUMP + _swing(last, moved):
+        said.append(
             f"the plane of the cable turned by {math.degrees(turned):.3g} degrees, more than its ends did: they had "
             "left it open, and now fix it"
         )
-    return replace(solution, notes=tuple(lost))
+    return tuple(said)
 
 
 def _swing(before: RodSolution, after: RodSolution) -> float:
@@ -142,9 +144,13 @@ def _follow(
 
 
 def _turned(before: Equilibria, after: Equilibria) -> float:
-    """The greatest change of the tangent's angle between two shapes, both in the frames of their chords [rad]."""
-    change = after.at(_PROBES)[0] - before.at(_PROBES)[0]
-    return float(np.abs(np.remainder(change + math.pi, 2.0 * math.pi) - math.pi).max())
+    """How far a shape went, by its state at mid-span in the frame of the chord: angle, and curvature as an angle [rad].
+
+    The curvature there counts by the length it acts over, 1 / omega: an arch that snaps through keeps its angle.
+    """
+    angle = math.remainder(float(after.theta[0] - before.theta[0]), 2.0 * math.pi)
+    omega = max(float(after.omega[0]), float(before.omega[0]))
+    return max(abs(angle), abs(float(after.kappa[0] - before.kappa[0])) / (2.0 * (1.0 + omega)))
 
 
 def _moved_cable(

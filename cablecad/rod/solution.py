@@ -138,6 +138,7 @@ class RodSolution:
         measure_residual: Finds the residual; called once, and only if someone asks.
         out_of_plane_deg: Angle by which the ends were turned into one plane [degrees].
         notes: What the data themselves give to say: other answers, redundant data, ends that have crossed.
+        find_notes: Finds further notes that take time; called only if someone asks for the warnings.
     """
 
     cable: Cable
@@ -153,6 +154,7 @@ class RodSolution:
     measure_residual: Callable[[], float]
     out_of_plane_deg: float = 0.0
     notes: tuple[str, ...] = ()
+    find_notes: Callable[[], tuple[str, ...]] | None = None
 
     @property
     def equilibrium(self) -> Equilibrium:
@@ -225,7 +227,8 @@ class RodSolution:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What the user should know of a shape that breaks no rule."""
-        return self.notes + find_warnings(self.cable, self.stability, self.self_gap, self.weight_ratio)
+        late = () if self.find_notes is None else self.find_notes()
+        return self.notes + late + find_warnings(self.cable, self.stability, self.self_gap, self.weight_ratio)
 
     @cached_property
     def violations(self) -> tuple[Violation, ...]:

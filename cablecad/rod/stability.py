@@ -169,6 +169,26 @@ def in_plane_at_nodes(
     return least_eigenvalue(*_in_plane(space, cosine, sine, tension, chord, not start_clamped and not end_clamped))
 
 
+def out_of_plane_at_nodes(
+    space: TrialSpace,
+    theta: Array,
+    kappa: Array,
+    n: Array,
+    ends: Array,
+    *,
+    start_clamped: bool,
+    end_clamped: bool,
+    torsion_ratio: Any,
+    chord: Array,
+) -> tuple[Array, Any]:
+    """The margin out of the plane alone, and whether a free turn was left out; arguments as before, shape (...,)."""
+    cosine, sine = np.cos(theta), np.sin(theta)
+    tension = n[..., :1] * cosine + n[..., 1:] * sine
+    ratio = torsion_ratio if start_clamped and end_clamped else None
+    tilted, free = _out_of_plane(space, cosine, sine, tension, kappa, ends, chord, start_clamped, end_clamped, ratio)
+    return least_eigenvalue(*tilted), free
+
+
 def _chord(space: TrialSpace, cosine: Array, sine: Array) -> Array:
     return np.stack([cosine @ space.weights, sine @ space.weights], axis=-1)
 
@@ -283,6 +303,8 @@ def least_eigenvalue(form: Array, rows: Array) -> Array:
     sizes = np.sqrt(np.einsum("...ij,...ij->...i", rows, rows))
     for i in range(count):
         row = rows[..., i, :]
+        if not row.any():
+            continue  # most cables have no free turn
         for _ in range(2 if i else 0):  # twice is enough: the second pass removes what rounding left of the first
             row = row - ((row[..., None, :] @ np.swapaxes(unit[..., :i, :], -1, -2)) @ unit[..., :i, :])[..., 0, :]
         left = np.sqrt(np.einsum("...i,...i->...", row, row)) if i else sizes[..., 0]

@@ -13,7 +13,7 @@ import numpy as np
 
 from cablecad.rod import planar, ritz
 
-COUNT = 2000
+COUNT = 1000
 
 
 def say(line):
