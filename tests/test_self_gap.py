@@ -42,6 +42,18 @@ def test_no_gap_where_no_points_are_half_a_turn_apart() -> None:
     assert self_gap(chain((9.0, 1 / 3.1)), 3.0) is None
 
 
+@pytest.mark.parametrize("radius", [5.0, 5.001, 40.0])
+def test_no_gap_of_a_tube_that_its_bend_forbids(radius: float) -> None:
+    """From kappa r = 1 on the tube is refused for its bend; just below, the gap is judged."""
+    curve = chain((200.0, 0.0), (5.0 * math.pi, 0.2), (200.0, 0.0))
+    assert self_gap(curve, radius) is None
+    assert found(curve, 4.999) == pytest.approx(0.002, abs=1e-11)
+
+
+def test_no_gap_of_a_curve_of_a_hundred_thousand_turns() -> None:
+    assert self_gap(chain((1e6, 1.0)), 0.5) is None
+
+
 @pytest.mark.parametrize("degrees", [30.0, 100.0, 179.0, 181.0, 270.0, 330.0, 359.0, 359.999])
 def test_circular_arc(degrees: float) -> None:
     """The nearest are the ends, for all inner pairs that face each other are a diameter apart."""

@@ -124,9 +124,10 @@ def _random_clamps(share: float) -> list[Line]:
         Line("  stable in the plane", "all" if stable else "NOT all", "all", stable),
     ]
     best = search_45(scenes)
-    above, found = np.count_nonzero(energy > best * (1.0 + SAME)), np.count_nonzero(np.isfinite(best))
-    beaten = np.count_nonzero(energy < best * (1.0 - SAME))
-    said = f"{above} above ({beaten} below; it converged on {found})"
+    known = np.isfinite(best)
+    above = np.count_nonzero(known & (energy > best * (1.0 + SAME)))
+    missed = np.count_nonzero(known & (energy < best * (1.0 - SAME)))
+    said = f"{above} above; rival higher {missed}, rival without an answer {np.count_nonzero(~known)}"
     lines.append(Line("  against the best of 45 starts", said, "none above", above == 0))
     some = _count(100, share)
     rng = np.random.default_rng(11)

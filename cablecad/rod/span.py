@@ -144,7 +144,7 @@ def span_of(cable: Cable, length: float, *, near: Array | None = None) -> Span:
 def _plane_normal(
     cable: Cable, chord: Array | None, given: list[Array | None], near: Array | None
 ) -> tuple[Array, float]:
-    """Normal of the plane through the ends' chord (None where they coincide) that fits the clamps best.
+    """Normal of the plane through the ends' chord (None where they coincide) and the clamp that leans from it most.
 
     Returns:
         The normal, shape (3,), and the greatest angle of a clamp from the plane [rad].
@@ -156,13 +156,13 @@ def _plane_normal(
         # All on one line: the plane is open.
         side = bulge_direction(axis, cable.bulge) if near is None else np.cross(near, axis)
     else:
-        side = np.linalg.svd(np.array(across))[2][0]
+        side = max(across, key=lambda vector: float(vector @ vector))
     normal = unit_vector(np.cross(axis, side))
     off = max((math.asin(min(1.0, abs(float(d @ normal)))) for d in directions), default=0.0)
     if off > IN_PLANE:
         raise NotPlanarError(
             f"the ends do not lie in one plane: a clamp's axis is {math.degrees(off):.6g} degrees out of the plane "
-            f"through the ends that fits best, and {math.degrees(IN_PLANE):.2g} are allowed; turn a connector, or "
+            f"through the ends, and {math.degrees(IN_PLANE):.2g} are allowed; turn a connector, or "
             "leave out the axis of one end to pin it"
         )
     return normal, off
