@@ -207,8 +207,8 @@ class _Search:
     def _newton(self, s: Array, t: Array, width: float) -> Array:
         """The distances of critical pairs that Newton's method finds; a pair at an end of the curve stays there.
 
-        With the chord c from t to s, f = c . T(s) and g = c . T(t) are to vanish. The steps are those of least squares
-        with a hair of damping, for stretches that run parallel make the system singular.
+        With the chord c from t to s, f = c . T(s) and g = c . T(t) are to vanish. The steps are those of damped least
+        squares, for stretches that run parallel make the system singular; elsewhere the damping is not felt.
         """
         s_fixed, t_fixed = s >= self.curve.length, t <= 0.0
         for step in range(_NEWTON_STEPS + 1):
@@ -226,12 +226,11 @@ class _Search:
             cosine = _dot(t_s, t_t)
             f_s, f_t = 1.0 + _dot(chord, bend_s), np.where(s_fixed, 0.0, -cosine)
             g_s, g_t = np.where(t_fixed, 0.0, cosine), _dot(chord, bend_t) - 1.0
-            aa, ab, bb = f_s**2 + g_s**2, f_s * f_t + g_s * g_t, f_t**2 + g_t**2
-            damping = 1e-12 * (aa + bb)
-            aa, bb = aa + damping, bb + damping
-            down_s, down_t = f_s * f + g_s * g, f_t * f + g_t * g
-            determinant = aa * bb - ab**2
-            ds, dt = (bb * down_s - ab * down_t) / determinant, (aa * down_t - ab * down_s) / determinant
+            size = f_s**2 + g_s**2 + f_t**2 + g_t**2
+            determinant, damping = f_s * g_t - f_t * g_s, 1e-16 * size
+            scale = determinant**2 + damping * size
+            ds = (determinant * (g_t * f - f_t * g) + damping * (f_s * f + g_s * g)) / scale
+            dt = (determinant * (f_s * g - g_s * f) + damping * (f_t * f + g_t * g)) / scale
             s = np.where(s_fixed, s, np.clip(s - np.clip(ds, -width, width), 0.0, self.curve.length))
             t = np.where(t_fixed, t, np.clip(t - np.clip(dt, -width, width), 0.0, self.curve.length))
         found: Array = distance[normal & (s - t >= self.apart * (1.0 - 1e-12))]

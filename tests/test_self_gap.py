@@ -17,7 +17,7 @@ from cablecad.brep.spline import fit_centreline
 from cablecad.centreline import Array, Centreline, Curve, Frames, Placement, Side
 from cablecad.rod.elastica import Inflexional
 from cablecad.rod.elliptic import complete_k
-from cablecad.self_gap import TOLERANCE, self_gap
+from cablecad.self_gap import TOLERANCE, _Cells, _Search, self_gap
 
 EPS = 2.0**-52
 
@@ -83,6 +83,19 @@ def test_nearly_parallel_legs(bow: float) -> None:
     waist = float(np.linalg.norm(np.diff(curve.position([300.0, curve.length - 300.0]), axis=0)))
     assert waist < 20.0
     assert found(curve, 2.0) == pytest.approx(waist - 4.0, abs=1e-11)
+
+
+@pytest.mark.parametrize("bow", [1e5, 3e6, 3e7, 1e8])
+@pytest.mark.parametrize("before_bend", [41.3, 137.0, 311.7, 455.5])
+def test_waist_anywhere_on_nearly_parallel_legs(bow: float, before_bend: float) -> None:
+    """The bend turns by a little more than half a turn, so that the legs are parallel at a given way from it."""
+    phi = before_bend / bow
+    curve = chain((600.0, -1.0 / bow), (10.0 * (math.pi + 2.0 * phi), 0.1), (600.0, -1.0 / bow))
+    pair = curve.frames([600.0 - before_bend, curve.length - 600.0 + before_bend])
+    chord = pair.position[1] - pair.position[0]
+    assert np.abs(pair.tangent @ chord).max() < 1e-10 * 20.0
+    ends = float(np.linalg.norm(np.diff(curve.position([0.0, curve.length]), axis=0)))
+    assert found(curve, 2.0) == pytest.approx(min(float(np.linalg.norm(chord)), ends) - 4.0, abs=1e-11)
 
 
 @pytest.mark.parametrize("room", [1.0, 1e-3, 1e-6, 1e-9, 0.0, -1e-9, -1e-3])
@@ -322,6 +335,40 @@ def test_against_dense_grid(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(24, 1000))
 def test_against_dense_grid_at_length(seed: int) -> None:
     compare_with_oracle(seed)
+
+
+def critical_pairs(curve: Centreline, rng: np.random.Generator) -> list[tuple[float, float]]:
+    """Some pairs whose chord is normal to both tangents, by least squares from random starts."""
+
+    def equations(pair: Array) -> Array:
+        at = curve.frames(np.clip(pair, 0.0, curve.length))
+        return at.tangent @ (at.position[0] - at.position[1])
+
+    pairs = []
+    for _ in range(40):
+        root = least_squares(equations, rng.uniform(0.0, curve.length, 2), xtol=1e-15, ftol=1e-15, gtol=1e-15).x
+        inside = root.min() > 0.0 and root.max() < curve.length and abs(root[0] - root[1]) > 1.0
+        if inside and np.abs(equations(root)).max() < 1e-10:
+            pairs.append((max(root), min(root)))
+    return pairs
+
+
+def test_no_cell_with_a_critical_pair_is_left_out() -> None:
+    """Every known critical pair is in a cell that is kept, at every size, and whose bound is not above its distance."""
+    rng = np.random.default_rng(20)
+    seen = 0
+    for number in range(12):
+        curve = random_chain(rng) if number % 2 else random_elastica(rng)
+        search = _Search(curve, 1.0, 1e-6)
+        for s, t in critical_pairs(curve, rng):
+            distance = float(np.linalg.norm(np.subtract(*curve.position([s, t]))))
+            for parts in 2 ** np.arange(1, 15):
+                where = np.floor(np.array([[s], [t]]) / curve.length * parts).astype(np.intp)
+                cells, pairs = search._critical(_Cells(int(parts), *where))
+                assert len(cells.s) == 1, (number, parts, s, t)
+                assert pairs.least[0] <= distance * (1.0 + 1e-12) + 1e-12
+                seen += 1
+    assert seen > 500
 
 
 # --- invariances ------------------------------------------------------------------------------------------------------

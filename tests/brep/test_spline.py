@@ -134,7 +134,8 @@ def test_coarse_tolerances_take_few_fits(fits_made: list[int]) -> None:
     fits = 0
     for k in (0.1, 0.2, 0.342, 0.6, 0.8, 0.95, 0.999, 0.99999):
         for tolerance in (0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4, 1e-4):
-            fit_centreline(arch(k, 350.0), 2.0, tolerance=tolerance)
+            fit = fit_centreline(arch(k, 350.0), 2.0, tolerance=tolerance)
+            assert fit.deviation <= 0.985 * tolerance  # room for the crests between the samples
             fits += 1
     assert len(fits_made) <= fits + 3
 
@@ -149,6 +150,21 @@ def test_sharp_loop_in_a_long_cable() -> None:
         greatest = max(float(np.linalg.norm(a - b, axis=1).max()) for a, b in side(piece, curve, 0.05, 97))
         assert greatest <= 1e-3
         assert np.diff(piece.knots).max() < 6.0 * np.diff(piece.knots).min()
+
+
+def test_deviation_of_any_error() -> None:
+    """Errors of position, normal and binormal in any relation: the greatest around the circle, by a fine sweep."""
+    rng = np.random.default_rng(8)
+    radius = 2.0
+    u = np.linspace(0.0, 2.0 * math.pi, 7201)
+    exact = arch(0.5, 350.0).frames(np.array([100.0]))
+    fields = np.hstack([exact.position, exact.normal, exact.binormal])
+    for _ in range(200):
+        error = rng.normal(size=(1, 9)) * np.repeat(10.0 ** rng.uniform(-3.0, 0.0, 3), 3)
+        p, n, b = np.split(error[0], 3)
+        swept = np.linalg.norm(p + radius * (np.cos(u)[:, None] * n + np.sin(u)[:, None] * b), axis=1).max()
+        measured = spline._deviation(fields + error, exact, radius)
+        assert 0.9975 * swept <= measured <= swept * (1.0 + 1e-6)
 
 
 # --- what the spline is made of --------------------------------------------------------------------------------------
