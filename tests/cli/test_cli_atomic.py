@@ -140,7 +140,7 @@ def test_interrupt_that_a_library_turns_into_another_error(cli, here, monkeypatc
         raise MissingDependencyError("no kernel")
 
     monkeypatch.setattr(interrupt, "came", False)
-    monkeypatch.setattr("cablecad.pipeline.solve_many", solve)
+    monkeypatch.setattr("cablecad.pipeline.scene.solve_many", solve)
     ended = cli("solve", "scene.toml")
     assert (ended.code, ended.out, ended.err) == (130, "", "interrupted\n")
 

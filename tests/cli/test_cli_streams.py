@@ -118,7 +118,7 @@ def test_bug_is_called_one(cli, good, monkeypatch):
     def fail(*_arguments, **_options):
         raise ZeroDivisionError("float division by zero")
 
-    monkeypatch.setattr("cablecad.pipeline.solve_many", fail)
+    monkeypatch.setattr("cablecad.pipeline.scene.solve_many", fail)
     ended = cli("build", good, "-o", "out.step", "--report", "out.json")
     said = "this is a bug in cablecad: ZeroDivisionError: float division by zero (run with -v for the traceback)"
     assert (ended.code, ended.out, ended.err) == (1, "", f"error: {said}\n")

@@ -1,0 +1,25 @@
+"""The whole story: scene, model choice, solve, centreline, tube, check, document, report.
+
+`cable` tells it of one cable, `scene` of all that a scene file holds, `write` puts what was built into a file.
+"""
+
+from cablecad.pipeline.cable import Built, Search, Solid, build, solve, solve_many
+from cablecad.pipeline.scene import Progress, SceneRun, build_scene, check_scene, run_build, solve_scene
+from cablecad.pipeline.write import check_output, write_step
+
+__all__ = [
+    "Built",
+    "Progress",
+    "SceneRun",
+    "Search",
+    "Solid",
+    "build",
+    "build_scene",
+    "check_output",
+    "check_scene",
+    "run_build",
+    "solve",
+    "solve_many",
+    "solve_scene",
+    "write_step",
+]

@@ -1,0 +1,221 @@
+"""A scene on one page: parts and cables, solved together, made, checked and written; what became of each is kept."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from os import PathLike, fspath
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cablecad.errors import CablecadError, ExchangeError, Mistake, RuleError, SceneError
+from cablecad.model import Part, Scene
+from cablecad.pipeline.cable import Search, make_solid, solve_many, timed
+from cablecad.pipeline.write import check_output
+from cablecad.report import CableOutcome, scene_report
+
+if TYPE_CHECKING:
+    from cablecad.brep.document import CableSolid, Document
+
+EXIT_ORDER = (1, 2, 5, 3, 4)
+"""Which exit code speaks for several failures at once."""
+
+Progress = Callable[[str], None]
+"""Called with the name of each cable or part as its turn comes."""
+
+
+@dataclass
+class SceneRun:
+    """A scene on its way: what became of each cable and part, and all that went wrong.
+
+    Attributes:
+        scene: What was asked.
+        outcomes: One a cable.
+        solids: Number of solids of each part by name, None where it was not read.
+        errors: Everything that keeps the scene from being written.
+        seconds: Time by stage.
+    """
+
+    scene: Scene
+    outcomes: list[CableOutcome] = field(default_factory=list)
+    solids: dict[str, int | None] = field(default_factory=dict)
+    errors: list[CablecadError] = field(default_factory=list)
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    def report(self, *, points: int | None = None) -> dict[str, Any]:
+        """Report format 1."""
+        return scene_report(self.scene, self.outcomes, solids=self.solids, seconds=self.seconds, points=points)
+
+    @property
+    def exit_code(self) -> int:
+        """0, or the code that speaks for all errors."""
+        codes = {error.exit_code for error in self.errors}
+        return next((code for code in EXIT_ORDER if code in codes), 0)
+
+    def raise_first(self) -> None:
+        """Raise the error with the first claim, the others as notes on it."""
+        if self.errors:
+            first, *others = sorted(self.errors, key=lambda error: EXIT_ORDER.index(error.exit_code))
+            for other in others:
+                first.add_note(str(other))
+            raise first
+
+
+def solve_scene(scene: Scene, *, search: Search = "answer", progress: Progress | None = None) -> SceneRun:
+    """Solve the cables of a scene together; one that has no solution does not keep the others from theirs.
+
+    Raises:
+        SceneError: Data that contradict each other, of all cables at once.
+    """
+    run = SceneRun(scene)
+    with timed(run.seconds, "cables"):
+        results = solve_many(scene.cables, search=search)
+    mistakes: list[Mistake] = []
+    for cable, result in zip(scene.cables, results, strict=True):
+        _tell(progress, cable.name)
+        # Solved together, the cables share the time.
+        outcome = CableOutcome(cable, seconds={"solve": run.seconds["cables"] / len(results)})
+        run.outcomes.append(outcome)
+        if isinstance(result, SceneError):
+            mistakes += [mistake.under(f"cables.{cable.name}") for mistake in result.mistakes]
+        elif isinstance(result, CablecadError):
+            _fail(run, outcome, result)
+        else:
+            outcome.solution = result
+    if mistakes:
+        raise SceneError(mistakes, source=str(scene.source or ""))
+    run.seconds["total"] = run.seconds["cables"]
+    return run
+
+
+def check_scene(scene: Scene, *, strict: bool = True, progress: Progress | None = None) -> SceneRun:
+    """Solve a scene, read its parts and make and check every solid, writing nothing.
+
+    Args:
+        scene: What to check.
+        strict: Whether a broken `min_bend_radius` is an error rather than a warning.
+        progress: Told of each cable and part.
+
+    Raises:
+        SceneError: Data that contradict each other.
+    """
+    return _run_scene(scene, None, strict=strict, progress=progress)
+
+
+def run_build(scene: Scene, path: Path, *, strict: bool = False, progress: Progress | None = None) -> SceneRun:
+    """Build a scene into a STEP file; with any error nothing is written and the errors are in the result.
+
+    Raises:
+        SceneError: Data that contradict each other.
+        UsageError: The output is one of the inputs, or is no STEP file by its name.
+        ExchangeError: The output cannot be written.
+    """
+    check_output(scene, path)
+    return _run_scene(scene, path, strict=strict, progress=progress)
+
+
+def build_scene(scene: Scene, path: str | PathLike[str], *, strict: bool = False) -> dict[str, Any]:
+    """Build a scene into one STEP file: parts and cables as an assembly.
+
+    Args:
+        scene: From `load_scene`, or made in Python.
+        path: The STEP file, written whole or not at all.
+        strict: Whether a broken `min_bend_radius` is an error rather than a warning.
+
+    Returns:
+        Report format 1.
+
+    Raises:
+        CablecadError: The first thing that went wrong; the others are notes on it.
+    """
+    run = run_build(scene, Path(fspath(path)), strict=strict)
+    run.raise_first()
+    return run.report()
+
+
+def _run_scene(scene: Scene, path: Path | None, *, strict: bool, progress: Progress | None) -> SceneRun:
+    begun = time.perf_counter()
+    run = solve_scene(scene, progress=progress)
+    if scene.parts or any(outcome.solution for outcome in run.outcomes):
+        with timed(run.seconds, "import"):
+            import cablecad.brep.kernel  # noqa: F401 - most of the time of a small build; named apart in the report
+    with timed(run.seconds, "read"):
+        placed = _read_parts(run, progress)
+    with timed(run.seconds, "cables"):
+        solids = _make_solids(run, progress)
+    if strict:
+        run.errors += _broken_rules(run.outcomes)
+    if path is not None and not run.errors:
+        with timed(run.seconds, "write"):
+            from cablecad.brep.step import write_step as write_document
+
+            write_document(path, scene.name, placed, solids)
+    run.seconds["total"] = time.perf_counter() - begun
+    return run
+
+
+def _read_parts(run: SceneRun, progress: Progress | None) -> list[tuple[Part, Document]]:
+    """Read every part's file once; one that cannot be read does not hide another."""
+    by_file: dict[str, list[Part]] = {}
+    for part in run.scene.parts:
+        by_file.setdefault(os.path.realpath(part.step), []).append(part)
+    found: dict[str, tuple[Part, Document]] = {}
+    for parts in by_file.values():
+        from cablecad.brep.step import read_parts
+
+        for part in parts:
+            _tell(progress, part.name)
+        try:
+            found |= {part.name: (part, document) for part, document in read_parts(parts)}
+        except CablecadError as error:
+            names = " and ".join(part.name for part in parts)
+            run.errors.append(ExchangeError(f"part {names}: {error}"))
+    run.solids = {part.name: document.solids for part, document in found.values()}
+    return [found[part.name] for part in run.scene.parts if part.name in found]
+
+
+def _make_solids(run: SceneRun, progress: Progress | None) -> list[CableSolid]:
+    """Make the solid of every cable that was solved.
+
+    Raises:
+        SceneError: A tolerance that cannot be kept, of all cables at once.
+    """
+    made = []
+    mistakes: list[Mistake] = []
+    for outcome in run.outcomes:
+        _tell(progress, outcome.cable.name)
+        if outcome.solution is not None:
+            from cablecad.brep.document import CableSolid
+
+            try:
+                solid = make_solid(outcome, outcome.solution, run.scene.tolerance)
+                made.append(CableSolid(outcome.cable.name, solid, outcome.cable.color))
+            except SceneError as error:  # a tolerance that cannot be kept
+                mistakes += error.mistakes
+            except CablecadError as error:
+                _fail(run, outcome, error)
+    if mistakes:
+        raise SceneError(mistakes, source=str(run.scene.source or ""))
+    return made
+
+
+def _fail(run: SceneRun, outcome: CableOutcome, error: CablecadError) -> None:
+    """Keep what went wrong with a cable: as it is for the cable's report, with its name for the scene's errors."""
+    outcome.error = error
+    named = type(error)(f"cable {outcome.cable.name}: {error}")
+    named.__cause__ = error
+    run.errors.append(named)
+
+
+def _broken_rules(outcomes: Iterable[CableOutcome]) -> list[CablecadError]:
+    """The user's rules that solved cables break, an error each."""
+    return [
+        RuleError(f"cable {outcome.cable.name}: {message}") for outcome in outcomes for message in outcome.broken_rules
+    ]
+
+
+def _tell(progress: Progress | None, name: str) -> None:
+    if progress is not None:
+        progress(name)
