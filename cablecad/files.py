@@ -66,24 +66,22 @@ def replacing(path: str | PathLike[str]) -> Iterator[Path]:
             no space; also for such errors of the block itself. All other exceptions pass.
     """
     shown = os.fspath(path)
-    with _explained(shown):
-        found = _target(shown)
-        aside, handle = (Path(shown), None) if found is None else _open_aside(*found)
+    aside = _Aside()
     try:
-        with _explained(shown, {shown, str(aside)}):
-            yield aside
+        with _explained(shown):
+            found = _target(shown)
+            place = Path(shown) if found is None else aside.open(*found)
+        with _explained(shown, {shown, str(place)}):
+            yield place
             if found is not None:
                 target, status = found
-                _settle(aside, status)
-                aside.replace(target)
+                _settle(place, status)
+                place.replace(target)
     except BaseException:
-        if found is not None:
-            with contextlib.suppress(OSError):
-                aside.unlink()
+        aside.remove()
         raise
     finally:
-        if handle is not None:
-            os.close(handle)
+        aside.close()
 
 
 def write_bytes(path: str | PathLike[str], data: bytes) -> None:
@@ -143,27 +141,55 @@ def _target(shown: str) -> tuple[Path, os.stat_result | None] | None:
     return target, status
 
 
-def _open_aside(target: Path, status: os.stat_result | None) -> tuple[Path, int | None]:
-    """A new file beside the target that is ours while the descriptor, if there is one, is open."""
-    n = 0
-    while True:
-        aside = _aside(target, n)
-        n += 1
-        _remove_stale(aside)
-        try:
-            # What replaces a private file is private from the start.
-            handle = os.open(aside, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o666 if status is None else 0o600)
-        except FileExistsError:  # another is writing it
-            continue
-        if sys.platform == "win32":  # which renames no file that is open
-            os.close(handle)
-            return aside, None
-        if _lock(handle) and _is_at(aside, handle):
-            break
-        os.close(handle)  # another took the file for stale before it was locked, and has removed it or is about to
-    while _remove_stale(_aside(target, n)):  # of earlier times when several wrote at once
-        n += 1
-    return aside, handle
+class _Aside:
+    """A file beside a target that is ours while its descriptor is open.
+
+    Ctrl-C may come between any two steps: each is noted before it is done, so that nothing is left behind.
+    """
+
+    def __init__(self) -> None:
+        self._tried: Path | None = None
+        self._handle: int | None = None
+
+    def open(self, target: Path, status: os.stat_result | None) -> Path:
+        """Make a new file beside `target`, of which `status` is known if it exists."""
+        n = 0
+        while True:
+            aside = _aside(target, n)
+            n += 1
+            _remove_stale(aside)
+            self._tried = aside
+            try:
+                # What replaces a private file is private from the start.
+                mode = 0o666 if status is None else 0o600
+                self._handle = os.open(aside, os.O_CREAT | os.O_EXCL | os.O_RDWR, mode)
+            except FileExistsError:  # another is writing it
+                continue
+            if sys.platform == "win32":  # which renames no file that is open
+                self.close()
+                return aside
+            if _lock(self._handle) and _is_at(aside, self._handle):
+                break
+            self.close()  # another took the file for stale before it was locked, and has removed it or is about to
+        while _remove_stale(_aside(target, n)):  # of earlier times when several wrote at once
+            n += 1
+        return aside
+
+    def remove(self) -> None:
+        """Remove the file, if there is one of ours."""
+        if self._tried is None:
+            return
+        if self._handle is None and sys.platform != "win32":
+            _remove_stale(self._tried)  # nobody's, unless another has locked it
+            return
+        with contextlib.suppress(OSError):
+            self._tried.unlink()
+
+    def close(self) -> None:
+        """Let go of the file, and of its lock."""
+        if self._handle is not None:
+            os.close(self._handle)
+            self._handle = None
 
 
 def _aside(target: Path, n: int) -> Path:

@@ -33,8 +33,8 @@ def classify(
         probe: Their flow to `polish.PROBES`.
         residual: Largest unmet end condition of each.
     """
-    trial, values, slopes = nodes(*problem.judged, z.shape[1] - 2)
-    theta, kappa = z @ values.T, z @ slopes.T
+    trial, values, _ = nodes(*problem.judged, z.shape[1] - 2)
+    theta = z @ values.T
     force = middle.force
     margins = np.full((len(z), 2), np.nan)
     margins[:, 0] = in_plane_at_nodes(
@@ -55,20 +55,13 @@ def classify(
     quarter = np.sin(frame) * along[:, 1] + np.cos(frame) * across[:, 1]
     size = np.maximum(np.abs(lift), np.abs(quarter))
     side = np.where(np.abs(lift) > 1e-9 * np.maximum(size, 1e-300), np.sign(lift), np.sign(quarter)).astype(int)
-    inside = np.column_stack([kappa_ends[:, :1], kappa, kappa_ends[:, 1:]])
-    largest = np.max(np.abs(inside), axis=1)
-    inside = np.where(np.abs(inside) < 1e-9 * largest[:, None], 0.0, inside)
-    inflections = _sign_changes(inside)
+    ends = probe.phase[:, 0], probe.phase[:, 2]
+    # A revolution never changes the sign of its curvature.
+    swings = middle.omega * np.abs(_cosine_half(middle)) >= np.abs(middle.kappa) / 2.0
+    inflections = np.where(swings, _zeros(*ends, np.pi / 2.0), 0)
     # Between its ends the curvature is greatest where the tangent meets the compression, and is 2 W there.
-    lean = theta - (frame + theta_middle - middle.theta)[:, None]
-    crossing = _sign_changes(
-        np.sin(
-            np.column_stack([z[:, :1] - theta[:, :1] + lean[:, :1], lean, z[:, 1:2] - theta[:, -1:] + lean[:, -1:]])
-            / 2.0
-        )
-    )
     peak = np.sqrt(middle.kappa**2 + (2.0 * middle.omega * _sine_half(middle)) ** 2)
-    kappa_max = np.where(crossing > 0, peak, np.max(np.abs(kappa_ends), axis=1))
+    kappa_max = np.where(_zeros(*ends, 0.0) > 0, peak, np.max(np.abs(kappa_ends), axis=1))
     energy = _bending(middle, z, probe.square[:, 2] - probe.square[:, 0])
     turned = theta_middle[:, None] + probe.turn[:, [0, 2]]
     zero = np.zeros(len(scene))
@@ -109,8 +102,7 @@ def _bending(middle: Middle, z: Array, square: Array) -> Array:
 
     Small angles keep their digits only in the discretised form, which resolves them to rounding.
     """
-    sine, cosine = np.sin(middle.lean / 2.0), np.cos(middle.lean / 2.0)
-    c, h = middle.omega * np.where(middle.tension, sine, cosine), middle.kappa / 2.0
+    c, h = middle.omega * _cosine_half(middle), middle.kappa / 2.0
     exact = 2.0 * (middle.omega**2 * square - (c - h) * (c + h))
     small = ((z[:, 1] - z[:, 0]) ** 2 + np.sum(z[:, 2:] ** 2, axis=1)) / 2.0
     return np.where(np.max(np.abs(z), axis=1) < 0.05, small, exact)
@@ -122,14 +114,18 @@ def _sine_half(middle: Middle) -> Array:
     return value
 
 
-def _sign_changes(rows: Array) -> np.ndarray:
-    """Sign changes along each row, zeros at its ends and inside not counted twice."""
-    signs = np.sign(rows)
-    # Every zero takes the sign before it; leading zeros stay zero and count nothing.
-    last = np.maximum.accumulate(np.where(signs != 0.0, np.arange(signs.shape[1]), 0), axis=1)
-    signs = np.take_along_axis(signs, last, axis=1)
-    changes: np.ndarray = np.count_nonzero(signs[:, 1:] * signs[:, :-1] < 0.0, axis=1)
-    return changes
+def _cosine_half(middle: Middle) -> Array:
+    """cos of half the angle from the compression."""
+    value: Array = np.where(middle.tension, np.sin(middle.lean / 2.0), np.cos(middle.lean / 2.0))
+    return value
+
+
+def _zeros(one: Array, other: Array, first: float) -> np.ndarray:
+    """Points first + j pi strictly between two phases; a phase within 1e-9 of one, as at a pin, is on it."""
+    low, high = np.minimum(one, other), np.maximum(one, other)
+    inside = np.ceil((high - first) / np.pi - 1e-9) - np.floor((low - first) / np.pi + 1e-9) - 1.0
+    count: np.ndarray = np.maximum(inside, 0.0).astype(int)
+    return count
 
 
 def classify_taut(pulled: Taut, problem: Problem) -> Equilibria:

@@ -16,11 +16,15 @@ Source: NIST DLMF 22.8 (addition), 22.7(i) (descending Landen transformation), 2
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from cablecad.rod.trial import Array
+
+CLOSE = 0.05
+"""Below this m1, m is close to 1, and the amplitude near pi/2 loses the digits of its cosine."""
 
 _TURN = 2.0 * np.pi
 
@@ -34,6 +38,8 @@ class Jump(NamedTuple):
         p, c: sin and cos of half the angle psi at s.
         along, across: Position relative to the state's, along the compression and 90 degrees ahead of it.
         square: int c^2 ds, from which the energy follows under tension.
+        phase: Of a swing (omega p, kappa/2) the polar angle, of a revolution half the angle psi, counted from the
+            state's own without jumps: the curvature vanishes where a swing's cosine does, p where the sine does.
     """
 
     turn: Array
@@ -43,6 +49,7 @@ class Jump(NamedTuple):
     along: Array
     across: Array
     square: Array
+    phase: Array
 
     def take(self, index: np.ndarray) -> Jump:
         """Some of the states' rows."""
@@ -103,16 +110,25 @@ def _double(f: _Landen, m: Array, m1: Array) -> _Landen:
     )
 
 
+def doublings(u: float) -> int:
+    """How often an argument is halved where m1 < `CLOSE`: to 2.5, where cos(am) still has its digits.
+
+    Each doubling costs a factor of two of them, no more than the argument's own rounding does.
+    """
+    return max(2, math.ceil(math.log2(max(abs(u), 1e-300) / 2.5)))
+
+
 def _functions(u: Array, m: Array, m1: Array) -> _Landen:
     """`_landen`, with cn and dn good relative to themselves where m is close to 1."""
-    close = (m1 < 0.05)[:, 0]
+    close = m1 < CLOSE
     if not close.any():
         return _landen(u, m, m1)
-    # A quarter of the argument first: cos(am) has all its digits there, and two doublings cost a factor of 16 at most.
-    quarter = np.where(close[:, None], u / 4.0, u)
-    f = _landen(quarter, m, m1)
-    far = _double(_double(f, m, m1), m, m1)
-    return _Landen(*(np.where(close[:, None], b, a) for a, b in zip(f, far, strict=True)))
+    count = doublings(float(np.max(np.abs(u[close[:, 0]]))))
+    f = _landen(np.where(close, np.ldexp(u, -count), u), m, m1)
+    far = f
+    for _ in range(count):
+        far = _double(far, m, m1)
+    return _Landen(*(np.where(close, b, a) for a, b in zip(f, far, strict=True)))
 
 
 def jump(p0: Array, c0: Array, kappa0: Array, omega: Array, s: Array) -> Jump:
@@ -156,9 +172,14 @@ def jump(p0: Array, c0: Array, kappa0: Array, omega: Array, s: Array) -> Jump:
     # Beyond a full turn only the non-inflexional branch goes; its amplitude strays less than pi from the mean slope.
     mean = np.sign(h0) * f.rate * (r * s)
     half = np.where(swings, half, half + _TURN * np.rint((mean - half) / _TURN))
+    first = np.where(swings, np.arctan2(omega * p0, h0), np.arctan2(p0, c0))
+    swung = np.arctan2(omega * p, h) - first
+    swung = swung + _TURN * np.rint((f.rate * (r * s) - swung) / _TURN)
+    phase = first + np.where(swings, swung, half)
     # s - int cos psi over two, int sin^2(psi/2) = int p^2, less the boundary term of the addition theorem.
     base = np.where(swings, f.sine_square, r * s - f.cosine_square) / r
     square = s - base - p0 * p * S
     along = s - 2.0 * base - 2.0 * p0 * p * S
-    across = 2.0 / below * (p0 * c0 * S * D + h0 * (lift - p0 * p0 * S * S))
-    return Jump(2.0 * half, 2.0 * h, p, c, along, across, square)
+    # lift - p0^2 S^2 as a product: far out in a layer under tension the two are equal but for exp(-omega s).
+    across = 2.0 / below * (p0 * c0 * S * D + h0 * lift * (c0 * c0 - p0 * p0 * C))
+    return Jump(2.0 * half, 2.0 * h, p, c, along, across, square, phase)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cablecad.rod.flow import CLOSE, doublings
 from cablecad.rod.trial import Array
 
 _TURN = 2.0 * math.pi
@@ -97,14 +98,10 @@ def _means(m: float, m1: float) -> _Means:
         ratio *= c / (2.0 * (a + g))
 
 
-_QUARTERED = 0.05
-"""Below this m1 a quarter of the argument is taken and doubled twice; see `flow._functions`."""
-
-
 def _jacobi(u: float, m: float, m1: float) -> tuple[float, float, float, float, float, float]:
     """sn, cn, dn, int m sn^2, int cn^2 and pi/(2 K): `flow._functions` for one argument."""
-    if m1 < _QUARTERED:
-        u /= 4.0
+    count = doublings(u) if m1 < CLOSE else 0
+    u = math.ldexp(u, -count)
     means = _means(m, m1)
     phi = math.ldexp(means.mean * u, len(means.steps))
     swing = 0.0
@@ -115,14 +112,13 @@ def _jacobi(u: float, m: float, m1: float) -> tuple[float, float, float, float, 
     sn, cn = math.sin(phi), math.cos(phi)
     dn = math.sqrt(m1 + m * cn * cn)
     sine_square, cosine_square = m * (u * (0.5 + means.lag) - swing), u * (0.5 - means.lag) + swing
-    if m1 < _QUARTERED:
-        for _ in range(2):
-            s2, c2 = sn * sn, cn * cn
-            below = c2 * (1.0 + s2) + m1 * s2 * s2
-            sn = 2.0 * sn * cn * dn / below
-            cn, dn = (c2 * c2 - m1 * s2 * s2) / below, (c2 * c2 + m1 * s2 * (1.0 + c2)) / below
-            shift = s2 * sn
-            sine_square, cosine_square = 2.0 * sine_square + m * shift, 2.0 * cosine_square - shift
+    for _ in range(count):
+        s2, c2 = sn * sn, cn * cn
+        below = c2 * (1.0 + s2) + m1 * s2 * s2
+        sn = 2.0 * sn * cn * dn / below
+        cn, dn = (c2 * c2 - m1 * s2 * s2) / below, (c2 * c2 + m1 * s2 * (1.0 + c2)) / below
+        shift = s2 * sn
+        sine_square, cosine_square = 2.0 * sine_square + m * shift, 2.0 * cosine_square - shift
     return sn, cn, dn, sine_square, cosine_square, means.mean
 
 
@@ -138,14 +134,14 @@ def curvature(state: State, s: Array) -> Array:
     r = math.sqrt(r2)
     m, m1 = (w2 if swings else o2) / r2, max(abs(gap) / r2, 1e-100) if r2 > 1e-200 else 1.0
     means = _means(m, m1)
-    quartered = m1 < _QUARTERED
-    phi = math.ldexp(means.mean * r, len(means.steps) - 2 * quartered) * s
+    count = doublings(r * float(np.max(np.abs(s)))) if m1 < CLOSE else 0
+    phi = math.ldexp(means.mean * r, len(means.steps) - count) * s
     for c, g, _ in reversed(means.steps):
         sine, cosine = np.sin(phi), np.cos(phi)
         phi = (phi + np.arctan2(c * sine, np.sqrt(g * g + (c * cosine) ** 2))) / 2.0
     sn, cn = np.sin(phi), np.cos(phi)
     dn = np.sqrt(m1 + m * cn * cn)
-    for _ in range(2 * quartered):
+    for _ in range(count):
         s2, c2 = sn * sn, cn * cn
         below = c2 * (1.0 + s2) + m1 * s2 * s2
         sn = 2.0 * sn * cn * dn / below
@@ -196,7 +192,7 @@ def carry(state: State, s: float) -> tuple[Reach, Reach]:
             phase = math.atan2(p0, c0) + half
         square = sign * s - sign * base - p0 * p * at
         along = sign * s - 2.0 * sign * base - 2.0 * p0 * p * at
-        across = 2.0 / below * (p0 * c0 * at * big_d + h0 * (lift - p0 * p0 * big_s * big_s))
+        across = 2.0 / below * (p0 * c0 * at * big_d + h0 * lift * (c0 * c0 - p0 * p0 * big_c))
         reached.append(Reach(2.0 * half, 2.0 * h, p, c, along, across, square, phase))
     return reached[0], reached[1]
 

@@ -8,8 +8,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from cablecad.rod.flow import jump
+from cablecad.rod.taut import Taut
 
 S = np.array([-0.5, 0.3, 0.5])
+EPS = np.finfo(float).eps
 
 
 def integrated(psi, kappa, omega, s):
@@ -69,6 +71,54 @@ def test_under_tension_the_ends_keep_their_digits():
         np.array([0.5]),
     )
     assert math.isclose(at.kappa[0, 0], float(want), rel_tol=1e-13)
+
+
+def layers(omega, far, s):
+    """The flow from the middle of two layers under tension, turned by some two radians and by `far` of that."""
+    tail = 1.7 * math.exp(-omega / 2)
+    lean, kappa = tail * (1 + far), omega * tail * (far - 1)
+    p0, c0 = -math.copysign(math.cos(lean / 2), lean), abs(math.sin(lean / 2))
+    return jump(np.array([p0]), np.array([c0]), np.array([kappa]), np.array([omega]), s)
+
+
+@pytest.mark.parametrize("omega", [16.0, 25.0, 36.0, 48.0, 78.0])
+@pytest.mark.parametrize("far", [0.0, 1.0, -0.6])
+def test_under_tension_positions_are_the_integral_of_the_tangent(omega, far):
+    x, w = np.polynomial.legendre.leggauss(24)
+    edges = np.linspace(-0.5, 0.5, 41)
+    inner = layers(omega, far, (edges[:-1, None] + (x + 1) / 80).ravel())
+    at = layers(omega, far, edges)
+    for tangent, position in ((inner.c**2 - inner.p**2, at.along), (2 * inner.p * inner.c, at.across)):
+        want = np.concatenate([[0.0], np.cumsum(tangent.reshape(40, 24) @ w / 80)])
+        assert np.max(np.abs(position[0] - (want - want[20]))) < 3e-15
+
+
+@pytest.mark.parametrize("omega", [40.0, 78.0])
+@pytest.mark.parametrize("far", [0.0, 1.0, -0.6])
+def test_under_tension_the_flow_meets_the_taut_closed_form(omega, far):
+    """Two layers by `taut`, exact to exp(-omega): angles and positions from the start."""
+    start = 4 * math.atan(1.7 / 4)
+    shape = Taut(np.zeros(1, int), np.zeros(1), np.array([omega]), np.array([start]), 4 * np.arctan([far * 1.7 / 4]))
+    s = np.linspace(0.0, 1.0, 41)
+    at = layers(omega, far, s - 0.5)
+    along, across = shape.position(s)
+    # The frame of the flow lies along the compression, against the pull.
+    assert np.max(np.abs(at.along - at.along[:, :1] + along)) < 3e-15
+    assert np.max(np.abs(at.across - at.across[:, :1] + across)) < 3e-15
+    # Doubling the argument from 2.5 to omega/2 multiplies the few units of rounding there.
+    assert np.max(np.abs(at.turn[0] - shape.psi(s)[0] + shape.psi(s)[0, 20])) < 4 * omega * EPS
+
+
+def test_phases_count_what_the_curvature_does():
+    """Zeros of the curvature between the ends, by the phase and by sign changes of dense samples."""
+    rng = np.random.default_rng(8)
+    s = np.linspace(-0.5, 0.5, 4001)
+    for _ in range(40):
+        omega, psi = rng.uniform(0.5, 40), rng.uniform(-3, 3)
+        kappa = rng.uniform(-1, 1) * 2 * omega * math.cos(psi / 2)
+        at = jump(np.array([math.sin(psi / 2)]), np.array([math.cos(psi / 2)]), np.array([kappa]), np.array([omega]), s)
+        low, high = np.sort((at.phase[0, [0, -1]] - math.pi / 2) / math.pi)
+        assert math.ceil(high) - math.floor(low) - 1 == np.count_nonzero(np.diff(np.sign(at.kappa[0])))
 
 
 def test_many_turns_are_counted():
