@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Set
 from dataclasses import dataclass
 from typing import Literal
 
-from cablecad.errors import Mistake
+from cablecad.errors import Mistake, SceneError
 from cablecad.model.ends import Clamp, Pin, Port, Toward
 from cablecad.model.section import Material, Section
 from cablecad.model.values import (
@@ -102,6 +102,23 @@ class Cable(Checked):
 
     def _mistakes(self) -> Iterator[Mistake]:
         yield from cable_mistakes({key: getattr(self, key) for key in self.__slots__})
+
+    def between(self, start: Clamp | Pin | Port, end: Clamp | Pin | Port, length: float) -> Cable:
+        """The same cable of a given length [mm] between other ends, its other data of length left out.
+
+        Only what is new is checked: the rest was when this cable was made.
+
+        Raises:
+            SceneError: An end that is none, or a length that is no positive number.
+        """
+        given = {"start": start, "end": end, "length": length}
+        mistakes = [mistake for key, value in given.items() for mistake in _cable_value(key, value)]
+        if mistakes:
+            raise SceneError(mistakes)
+        moved = object.__new__(Cable)
+        values = {key: getattr(self, key) for key in self.__slots__}
+        moved._set(**{**values, **dict.fromkeys(LENGTH_DATA), **given})
+        return moved
 
     @property
     def section(self) -> Section:

@@ -8,11 +8,11 @@ import numpy as np
 
 from cablecad.rod.equilibria import SHARP_MODES, Equilibria
 from cablecad.rod.flow import Jump
-from cablecad.rod.judge import nodes
+from cablecad.rod.judge import clear_verdict, nodes
 from cablecad.rod.polish import Middle
 from cablecad.rod.problem import Problem
 from cablecad.rod.ritz import Ritz
-from cablecad.rod.stability import in_plane_at_nodes, stability
+from cablecad.rod.stability import NEUTRAL, in_plane_at_nodes, stability
 from cablecad.rod.taut import Taut, wrap
 from cablecad.rod.trial import Array
 
@@ -33,13 +33,13 @@ def classify(
         probe: Their flow to `polish.PROBES`.
         residual: Largest unmet end condition of each.
     """
-    trial, values, _ = nodes(*problem.judged, z.shape[1] - 2)
+    trial, values = nodes(*problem.judged, z.shape[1] - 2)
     theta = z @ values.T
     force = middle.force
-    margins = np.full((len(z), 2), np.nan)
-    margins[:, 0] = in_plane_at_nodes(
+    coarse = in_plane_at_nodes(
         trial,
-        theta,
+        np.cos(theta),
+        np.sin(theta),
         force,
         start_clamped=problem.judged[0],
         end_clamped=problem.judged[1],
@@ -84,7 +84,8 @@ def classify(
         inflections=inflections,
         side=side,
         residual=residual,
-        margins=margins,
+        verdict=np.stack([clear_verdict(coarse, np.maximum(middle.omega, kappa_max / 2.0)), 0 * scene], axis=-1),
+        margins=np.full((len(z), 2), np.nan),
         free_turns=np.zeros(len(scene), dtype=bool),
         torsion_ratio=_torsion_ratio(problem, len(scene)),
         taut=np.zeros(len(scene), dtype=bool),
@@ -168,6 +169,7 @@ def classify_taut(pulled: Taut, problem: Problem) -> Equilibria:
         inflections=(pulled.a * pulled.b > 0.0).astype(int),
         side=side.astype(int),
         residual=np.max(missing, axis=0),
+        verdict=np.where(np.stack([inside, outside], axis=-1) > NEUTRAL, 1, -1),
         margins=np.stack([inside, outside], axis=-1),
         free_turns=free,
         torsion_ratio=_torsion_ratio(problem, len(w)),

@@ -8,14 +8,13 @@ from typing import Any
 import numpy as np
 
 from cablecad.rod.polish import Middle
-from cablecad.rod.stability import NEUTRAL
 from cablecad.rod.taut import Taut, wrap
 from cablecad.rod.trial import Array
 
 SMOOTH_MODES = 24
 SMOOTH_OMEGA = 7.0
-"""Up to this omega 24 modes give margins to 1e-8 omega^2 (up to 9: 1e-7) and angles to 3e-7 at worst, from where one
-step of Newton's method on the middle goes to rounding."""
+"""Up to this omega 24 modes give angles to 3e-7 at worst, from where one step of Newton's method on the middle goes to
+rounding."""
 
 SHARP_MODES = 44
 """Legendre modes of the finest discretisation: boundary layers of omega = 36 to 1e-8."""
@@ -44,8 +43,10 @@ class Equilibria:
         inflections: Zeros of the curvature strictly inside.
         side: +1 where the middle lies left of the chord, -1 right; where on it, that of the quarter point.
         residual: Largest unmet end condition.
+        verdict: Whether each is stable in and out of the plane, shape (n, 2): 1, -1 where it is not, 0 where not yet
+            judged: read `stable_in_plane` and `stable_out_of_plane`, which judge where need be.
         margins: Least eigenvalues in and out of the plane, shape (n, 2), NaN where not yet judged: read
-            `margin_in_plane` and `margin_out_of_plane`, which judge where need be.
+            `margin_in_plane` and `margin_out_of_plane`, likewise.
         free_turns: Whether a turn about a free axis was left out of the latter, known with it: read `free_turn`.
         torsion_ratio: GJ/EI where both ends hold the spin, else NaN.
         taut: Whether the shape is the closed form of `Taut` rather than the flow from mid-span.
@@ -75,6 +76,7 @@ class Equilibria:
     inflections: np.ndarray
     side: np.ndarray
     residual: Array
+    verdict: np.ndarray
     margins: Array
     free_turns: np.ndarray
     torsion_ratio: Array
@@ -92,24 +94,25 @@ class Equilibria:
     @property
     def margin_in_plane(self) -> Array:
         """Least eigenvalue in the plane, see `stability`."""
-        from cablecad.rod.judge import judge_in_plane
-
-        return judge_in_plane(self)
+        self._judge()
+        return self.margins[:, 0]
 
     @property
     def margin_out_of_plane(self) -> Array:
         """Least eigenvalue out of the plane."""
-        from cablecad.rod.judge import judge_out_of_plane
-
-        return judge_out_of_plane(self)
+        self._judge()
+        return self.margins[:, 1]
 
     @property
     def free_turn(self) -> np.ndarray:
         """Whether a turn about an axis that the ends leave free was left out of the margin out of the plane."""
-        from cablecad.rod.judge import judge_out_of_plane
-
-        judge_out_of_plane(self)
+        self._judge()
         return self.free_turns
+
+    def _judge(self) -> None:
+        from cablecad.rod.judge import judge
+
+        judge(self)
 
     @property
     def modes(self) -> Array:
@@ -121,12 +124,16 @@ class Equilibria:
     @property
     def stable_in_plane(self) -> np.ndarray:
         """Whether each is a strict minimum in the plane."""
-        return self.margin_in_plane > NEUTRAL
+        from cablecad.rod.judge import decide
+
+        return decide(self, 0) > 0
 
     @property
     def stable_out_of_plane(self) -> np.ndarray:
         """Whether each is one out of the plane, free turns left out."""
-        return self.margin_out_of_plane > NEUTRAL
+        from cablecad.rod.judge import decide
+
+        return decide(self, 1) > 0
 
     def take(self, index: Any) -> Equilibria:
         """Some of them."""
@@ -194,6 +201,7 @@ def none() -> Equilibria:
     for name in ("tension", "free_turns", "taut"):
         empty[name] = np.zeros(0, dtype=bool)
     empty |= {"force": np.zeros((0, 2)), "margins": np.zeros((0, 2)), "z": np.zeros((0, SHARP_MODES + 2))}
+    empty["verdict"] = np.zeros((0, 2), dtype=int)
     empty["held"] = np.zeros((0, 2), dtype=bool)
     return Equilibria(**empty)
 

@@ -107,9 +107,10 @@ def _glide(last: Equilibria, target: _Place, torsion_ratio: float | None) -> Equ
     ]
     theta0, theta1 = theta0 + turned[0], theta1 + turned[1]
     given = Held(start_clamped, end_clamped, theta0 - frame, theta1 - frame, target.excess)
-    state, residual, ends = refine(before, given)
+    state, residual = refine(before, given)
     if not residual <= RESIDUAL or state.omega > EASY_OMEGA:
         return None
+    ends = carry(state, 0.5)
     theta = last.theta.item()
     theta += wrap_one(state.direction + state.lean + frame - theta)
     quarters = carry(state, 0.25)
@@ -178,6 +179,7 @@ def _described(
         winding=np.array([round((theta1 - target.end_angle) / _TURN) if all(held) else 0]),
         inflections=np.array([_zeros(begin.phase, finish.phase, math.pi / 2.0) if swings else 0]),
         side=np.array([int(side)]),
+        verdict=np.zeros((1, 2), dtype=int),
         margins=np.full((1, 2), np.nan),
         free_turns=np.zeros(1, dtype=bool),
         taut=last.taut,

@@ -1,91 +1,180 @@
 """What equilibria are judged for only if someone asks: their margins of stability, and their modes.
 
 The answers are written into the arrays they were missing in, so that no one pays twice: a slice shares its arrays with
-the whole.
+the whole. How many trial functions a margin needs goes with the steepest stretch of the shape,
+max(omega, greatest curvature/2); tests/experiments/margin_modes.py measured it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from cablecad.rod.equilibria import SHARP_MODES, SMOOTH_MODES, SMOOTH_OMEGA, Equilibria
-from cablecad.rod.midpoint import State, curvature
+from cablecad.rod.midpoint import State, along
 from cablecad.rod.ritz import ritz
-from cablecad.rod.stability import in_plane_at_nodes, out_of_plane_at_nodes, stability_at_nodes
+from cablecad.rod.stability import NEUTRAL, forms_at_nodes
+from cablecad.rod.steady import is_steady
 from cablecad.rod.trial import Array, TrialSpace, legendre, trial_space
 
+TRIAL_MODES = ((4.0, 16), (6.0, 24), (8.0, 32), (11.0, 44), (18.0, 60), (np.inf, 84))
+"""Trial functions by steepness: margins to 1e-6 (1 + steepness^2) (2e-6 beyond 36), and far better below most steps."""
 
-@lru_cache(maxsize=16)
-def nodes(start_clamped: bool, end_clamped: bool, modes: int) -> tuple[TrialSpace, Array, Array]:
-    """Trial functions for the stability, and the Ritz functions and their slopes at their nodes."""
-    space = trial_space(start_clamped, end_clamped, (0.0, 1.0), modes)
-    slopes, values = legendre(space.s, modes)
-    one = np.ones_like(space.s)
-    return space, np.column_stack([1.0 - space.s, space.s, values]), np.column_stack([-one, one, slopes])
+VERDICT_MODES = ((4.0, 12), (6.0, 16), (8.0, 24), (11.0, 32), (14.0, 44), (np.inf, 60))
+"""As many give 1e-4 (1 + steepness^2), and 2e-4 beyond 36."""
 
+SURE = 1e-3
+"""A margin above this share of 1 + steepness^2 by `VERDICT_MODES` is stable without more ado."""
 
-def judge_in_plane(found: Equilibria) -> Array:
-    """Margins in the plane, shape (n,); those not yet known are found."""
-    margins = found.margins[:, 0]
-    if len(found) == 1 and np.isnan(found.margins).all():
-        judge_out_of_plane(found)  # both at once cost little more than one
-    for rows, space, theta, _, some in _unjudged(found, margins):
-        margins[rows] = in_plane_at_nodes(
-            space,
-            theta,
-            some.force,
-            start_clamped=bool(some.held[0, 0]),
-            end_clamped=bool(some.held[0, 1]),
-            chord=_chord(some),
-        )
-    return margins
+DOUBT = 1e-5
+"""A margin nearer to zero than this share of 1 + steepness^2 is found again with `FINEST` functions."""
+
+FINEST = 128
+
+CLEAR = 0.02
+"""A margin of the search's own 24 or 44 modes, right to 6e-3 (1 + steepness^2) at worst, has its sign beyond this."""
 
 
-def judge_out_of_plane(found: Equilibria) -> Array:
-    """Margins out of the plane, shape (n,), and `free_turns`; those not yet known are found."""
-    margins = found.margins[:, 1]
-    for rows, space, theta, kappa, some in _unjudged(found, margins):
-        given = (space, theta, kappa, some.force, np.stack([some.theta0, some.theta1], axis=-1))
-        ends: dict[str, Any] = {
-            "start_clamped": bool(some.held[0, 0]),
-            "end_clamped": bool(some.held[0, 1]),
-            "torsion_ratio": None if np.isnan(some.torsion_ratio[0]) else some.torsion_ratio,
-            "chord": _chord(some),
-        }
-        if np.isnan(some.margins[:, 0]).all():
-            judged = stability_at_nodes(*given, **ends)
-            found.margins[rows, 0] = judged.in_plane
-            margins[rows], found.free_turns[rows] = judged.out_of_plane, judged.free_turn
-        else:
-            margins[rows], found.free_turns[rows] = out_of_plane_at_nodes(*given, **ends)
-    return margins
+def clear_verdict(margins: Array, steepness: Array) -> np.ndarray:
+    """1 or -1 where the sign of a rough margin is beyond doubt, else 0."""
+    verdict: np.ndarray = np.where(np.abs(margins) > CLEAR * (1.0 + steepness**2), np.sign(margins), 0).astype(int)
+    return verdict
 
 
-def _unjudged(found: Equilibria, margins: Array) -> Iterator[tuple[np.ndarray, TrialSpace, Array, Array, Equilibria]]:
-    """Rows without a margin, alike in their ends and fineness; their trial space, angles and curvatures there."""
-    missing = np.flatnonzero(np.isnan(margins))
+def judge(found: Equilibria) -> None:
+    """Find the margins that are missing, and with them both verdicts and whether a turn is free."""
+    missing = np.flatnonzero(np.isnan(found.margins[:, 1]))
     if not len(missing):
         return
-    discretise(found)
-    kinds = np.column_stack([found.held, found.omega < SMOOTH_OMEGA, np.isnan(found.torsion_ratio)])[missing]
-    for kind in np.unique(kinds, axis=0) if len(missing) > 1 else kinds:
-        rows = missing[(kinds == kind).all(axis=1)]
-        some = found.take(rows) if len(rows) < len(found) else found
-        modes = SMOOTH_MODES if some.omega[0] < SMOOTH_OMEGA else SHARP_MODES
-        space, values, slopes = nodes(bool(some.held[0, 0]), bool(some.held[0, 1]), modes)
-        z = some.z[:, : modes + 2]
-        # z is in the frame of the chord; full turns do not matter to stability.
-        yield rows, space, z @ values.T + some.frame[:, None], z @ slopes.T, some
+    steepness = np.maximum(found.omega, found.kappa_max / 2.0)[missing]
+    limits, counts = zip(*TRIAL_MODES, strict=True)
+    _judge_with(found, missing, np.array(counts)[np.searchsorted(limits, steepness)])
+    doubtful = np.min(np.abs(found.margins[missing]), axis=1) < DOUBT * (1.0 + steepness**2)
+    if doubtful.any():
+        _judge_with(found, missing[doubtful], np.full(np.count_nonzero(doubtful), FINEST))
+    found.verdict[missing] = np.where(found.margins[missing] > NEUTRAL, 1, -1)
+
+
+def decide(found: Equilibria, plane: Literal[0, 1]) -> np.ndarray:
+    """Verdicts in (0) or out of (1) the plane, 1 or -1, shape (n,); what is not yet known is found.
+
+    One equilibrium that is stable beyond doubt is seen to be so without its margins.
+    """
+    if not found.verdict[:, plane].all():
+        if len(found) == 1:
+            steady, free = _one_is_steady(found)
+            if steady:
+                found.verdict[:] = 1
+                found.free_turns[:] = free
+                return found.verdict[:, plane]
+        judge(found)
+    return found.verdict[:, plane]
+
+
+def _judge_with(found: Equilibria, rows: np.ndarray, counts: np.ndarray) -> None:
+    """Margins of `rows`, each by its number of trial functions; rows alike in these and in their ends together."""
+    kinds = np.column_stack([found.held[rows], np.isnan(found.torsion_ratio[rows]), counts])
+    for kind in np.unique(kinds, axis=0) if len(rows) > 1 else kinds:
+        own = rows[(kinds == kind).all(axis=1)]
+        some = found.take(own) if len(own) < len(found) else found
+        space = trial_space(bool(kind[0]), bool(kind[1]), (0.0, 1.0), int(kind[3]))
+        theta, kappa, _ = some.at(space.s)
+        forms, found.free_turns[own] = _forms(some, space, np.cos(theta), np.sin(theta), kappa)
+        found.margins[own] = np.linalg.eigvalsh(forms)[..., 0].T
+
+
+def _one_is_steady(row: Equilibria) -> tuple[bool, bool]:
+    """Whether a single row is stable beyond doubt, and whether a turn is free."""
+    start_clamped, end_clamped = row.held[0].tolist()
+    state = State(*(getattr(row, name).item() for name in State._fields))
+    steepness = max(state.omega, row.kappa_max.item() / 2.0)
+    count = next(count for limit, count in VERDICT_MODES if steepness <= limit)
+    space = trial_space(start_clamped, end_clamped, (0.0, 1.0), count)
+    ratio, size, frame = row.torsion_ratio.item(), 1.0 - row.excess.item(), row.frame.item()
+    x, y = row.force[0].tolist()
+    return is_steady(
+        space,
+        *along(state, space.s - 0.5),
+        (x, y),
+        (row.theta0.item(), row.theta1.item()),
+        (size * math.cos(frame), size * math.sin(frame)),
+        start_clamped=start_clamped,
+        end_clamped=end_clamped,
+        torsion_ratio=None if math.isnan(ratio) else ratio,
+        above=SURE * (1.0 + steepness**2),
+    )
+
+
+def _forms(some: Equilibria, space: TrialSpace, cosine: Array, sine: Array, kappa: Array) -> tuple[Array, Any]:
+    """`forms_at_nodes` of rows alike in their ends."""
+    return forms_at_nodes(
+        space,
+        cosine,
+        sine,
+        kappa,
+        some.force,
+        np.stack([some.theta0, some.theta1], axis=-1),
+        start_clamped=bool(some.held[0, 0]),
+        end_clamped=bool(some.held[0, 1]),
+        torsion_ratio=None if np.isnan(some.torsion_ratio[0]) else some.torsion_ratio,
+        chord=_chord(some),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class RowStability:
+    """The `Stability` of a single row, found as far as it is asked for: a verdict costs less than a margin.
+
+    Attributes:
+        row: The equilibrium.
+        spin: ``"clamped"`` where the twist's stiffness takes part, else ``"free"``.
+    """
+
+    row: Equilibria
+    spin: str
+
+    @property
+    def in_plane(self) -> float:
+        """Least eigenvalue in the plane."""
+        return float(self.row.margin_in_plane[0])
+
+    @property
+    def out_of_plane(self) -> float:
+        """Least eigenvalue out of the plane."""
+        return float(self.row.margin_out_of_plane[0])
+
+    @property
+    def free_turn(self) -> bool:
+        """Whether a turn about an axis of the ends was left out of `out_of_plane`."""
+        return bool(self.row.free_turn[0])
+
+    @property
+    def stable_in_plane(self) -> bool:
+        """Whether every small motion in the plane costs energy."""
+        return bool(self.row.stable_in_plane[0])
+
+    @property
+    def stable_out_of_plane(self) -> bool:
+        """Whether every small motion out of the plane costs energy, turns about free axes left out."""
+        return bool(self.row.stable_out_of_plane[0])
 
 
 def _chord(some: Equilibria) -> Array:
     """From start to end, shape (n, 2)."""
     chord: Array = (1.0 - some.excess)[:, None] * np.stack([np.cos(some.frame), np.sin(some.frame)], axis=-1)
     return chord
+
+
+@lru_cache(maxsize=16)
+def nodes(start_clamped: bool, end_clamped: bool, modes: int) -> tuple[TrialSpace, Array]:
+    """Trial functions for the stability, and the Ritz functions at their nodes."""
+    space = trial_space(start_clamped, end_clamped, (0.0, 1.0), modes)
+    _, values = legendre(space.s, modes)
+    return space, np.column_stack([1.0 - space.s, space.s, values])
 
 
 def discretise(found: Equilibria) -> Array:
@@ -99,7 +188,7 @@ def discretise(found: Equilibria) -> Array:
                 modes = SMOOTH_MODES if smooth else SHARP_MODES
                 s, weighted = _projection(modes)
                 if len(some) == 1 and not some.taut[0]:
-                    kappa = curvature(State(*(getattr(some, name).item() for name in State._fields)), s - 0.5)[None]
+                    kappa = along(State(*(getattr(some, name).item() for name in State._fields)), s - 0.5)[2][None]
                 else:
                     kappa = some.at(s)[1]
                 found.z[rows] = 0.0

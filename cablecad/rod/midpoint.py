@@ -122,8 +122,8 @@ def _jacobi(u: float, m: float, m1: float) -> tuple[float, float, float, float, 
     return sn, cn, dn, sine_square, cosine_square, means.mean
 
 
-def curvature(state: State, s: Array) -> Array:
-    """Curvatures at arclengths `s` from the middle, shape (k,), and nothing else: what the modes are made of."""
+def along(state: State, s: Array) -> tuple[Array, Array, Array]:
+    """cos and sin of the tangent's angle and the curvature at arclengths `s` from the middle, shape (k,) each."""
     p0, c0 = state.half
     omega, h0 = state.omega, state.kappa / 2.0
     o2 = omega * omega
@@ -149,8 +149,12 @@ def curvature(state: State, s: Array) -> Array:
     big_c, big_d = (cn, dn) if swings else (dn, cn)
     big_s = sn / r
     below = big_c * big_c + c0 * c0 * o2 * big_s * big_s
-    bent: Array = 2.0 * (h0 * big_c - o2 * p0 * c0 * big_s * big_d) / below
-    return bent
+    p = (p0 * big_c * big_d + h0 * c0 * big_s) / below
+    q = (c0 * big_d - p0 * h0 * big_s * big_c) / below
+    x, y = q * q - p * p, 2.0 * p * q
+    u, v = math.cos(state.compression), math.sin(state.compression)
+    bent = 2.0 * (h0 * big_c - o2 * p0 * c0 * big_s * big_d) / below
+    return u * x - v * y, v * x + u * y, bent
 
 
 def carry(state: State, s: float) -> tuple[Reach, Reach]:
@@ -212,19 +216,44 @@ class Held(NamedTuple):
     excess: float
 
 
-def unmet(state: State, given: Held) -> tuple[list[float], tuple[Reach, Reach]]:
-    """End conditions not met, in the order of `polish.unmet`, and the ends."""
-    ends = carry(state, 0.5)
-    x, y = ends[1].along - ends[0].along, ends[1].across - ends[0].across
+def unmet(state: State, given: Held) -> list[float]:
+    """End conditions not met, in the order of `polish.unmet`: `carry` to both ends, what cancels between them left out.
+
+    What is even in the arclength drops out of the chord, in which each half has as much as the other.
+    """
+    p0, c0 = state.half
+    omega, h0 = state.omega, state.kappa / 2.0
+    o2 = omega * omega
+    w2 = h0 * h0 + o2 * p0 * p0
+    gap = (omega * c0 - abs(h0)) * (omega * c0 + abs(h0))
+    swings = gap >= 0.0
+    r2 = max(o2 if swings else w2, 1e-200)
+    r = math.sqrt(r2)
+    u = 0.5 * r
+    sn, cn, dn, sine_square, cosine_square, _ = _jacobi(
+        u, (w2 if swings else o2) / r2, max(abs(gap) / r2, 1e-100) if r2 > 1e-200 else 1.0
+    )
+    at = sn / r
+    big_c, big_d = (cn, dn) if swings else (dn, cn)
+    base = (sine_square if swings else u - cosine_square) / r
+    below = big_c * big_c + c0 * c0 * o2 * at * at
+    lift = at * at / (1.0 + big_c) if big_c >= 0.0 else (1.0 - big_c) / o2
+    weight = c0 * c0 + p0 * p0 * big_c
+    along = 1.0 - 4.0 * base - 4.0 * p0 * p0 * at * big_c * big_d / below
+    across = 4.0 * p0 * c0 * at * big_d / below
     frame = state.compression
     cosine, sine = math.cos(frame), math.sin(frame)
-    missing = [1.0 - (cosine * x - sine * y) - given.excess, sine * x + cosine * y, ends[0].kappa, ends[1].kappa]
+    missing = [1.0 - (cosine * along - sine * across) - given.excess, sine * along + cosine * across]
     theta = state.direction + state.lean
-    if given.start:
-        missing[2] = wrap(theta + ends[0].turn - given.a)
-    if given.end:
-        missing[3] = wrap(theta + ends[1].turn - given.b)
-    return missing, ends
+    odd, even = h0 * at * weight, p0 * c0 * big_d * o2 * lift
+    level, slant = big_d * weight, p0 * c0 * h0 * at * (o2 * lift)
+    for sign, clamped, angle in ((-1.0, given.start, given.a), (1.0, given.end, given.b)):
+        if clamped:  # full turns do not count
+            half = math.atan2(sign * odd - even, level + sign * slant)
+            missing.append(wrap(theta + 2.0 * half - angle))
+        else:
+            missing.append(2.0 * (h0 * big_c - sign * o2 * p0 * c0 * at * big_d) / below)
+    return missing
 
 
 def size_of(missing: Sequence[float], state: State, given: Held) -> float:
@@ -251,48 +280,47 @@ def advance(state: State, change: Sequence[float]) -> State:
     )
 
 
-def refine(state: State, given: Held, *, iterations: int = 10) -> tuple[State, float, tuple[Reach, Reach]]:
+def refine(state: State, given: Held, *, iterations: int = 10) -> tuple[State, float]:
     """Newton's method with difference quotients, mended by Broyden's update and taken anew only where that is slow.
 
     Returns:
-        The best state met, its residual and its ends. It stays far from zero where the steps do not contract.
+        The best state met and its residual. It stays far from zero where the steps do not contract.
     """
-    missing, ends = unmet(state, given)
+    missing = unmet(state, given)
     size = size_of(missing, state, given)
-    best = state, size, ends
-    rows: list[list[float]] = []
+    best = state, size
+    inverse = None
     last = math.inf
     force = (1.0 + state.omega**2) ** -2
-    weights = (1.0, (1.0 + state.omega) ** -2, force, force)
+    weights = np.array((1.0, (1.0 + state.omega) ** -2, force, force))
     for _ in range(iterations):
         if size <= _ROUNDING:
             break
-        if not rows:
-            rows = _derivative(state, given, missing)
-        step = solve4(rows, missing)
-        if step is None:
-            break
+        if inverse is None:
+            try:
+                inverse = np.linalg.inv(_derivative(state, given, missing))
+            except np.linalg.LinAlgError:
+                break
+        move = inverse @ missing
+        step = (-move).tolist()
         length = max(abs(step[0]), abs(step[1]) / (1.0 + state.omega), math.hypot(*step[2:]) / (1.0 + state.omega**2))
         if not length <= CONTRACTION * last and length > _SETTLED:
             break
         last = length
-        state = advance(state, [-value for value in step])
-        missing, ends = unmet(state, given)
+        state = advance(state, step)
+        missing = unmet(state, given)
         old, size = size, size_of(missing, state, given)
         if size < best[1]:
-            best = state, size, ends
+            best = state, size
         elif length <= _SETTLED:
             break
         if size > _SLOW * old:
-            rows = []
+            inverse = None
             continue
         # Broyden: what the step left over is what the derivative got wrong along it.
-        along = [value * weight for value, weight in zip(step, weights, strict=True)]
-        share = 1.0 / sum(value * by for value, by in zip(step, along, strict=True))
-        rows = [
-            [value - rest * by * share for value, by in zip(row, along, strict=True)]
-            for row, rest in zip(rows, missing, strict=True)
-        ]
+        along = move * weights
+        rest = inverse @ missing
+        inverse = inverse + np.multiply.outer(rest, (along @ inverse) / (along @ (move - rest)))
     return best
 
 
@@ -304,7 +332,7 @@ def _derivative(state: State, given: Held, missing: list[float]) -> list[list[fl
         change = [0.0, 0.0, 0.0, 0.0]
         # Away from zero force: its size cannot shrink below it.
         change[i + 1] = step if i != 1 or state.tension else -step
-        there, _ = unmet(advance(state, change), given)
+        there = unmet(advance(state, change), given)
         columns.append([_difference(new - old) / change[i + 1] for new, old in zip(there, missing, strict=True)])
     # Turning the whole rod with its force is known; what it does beyond the force's turn is theta's.
     turned = [missing[1], 1.0 - given.excess - missing[0], float(given.start), float(given.end)]
@@ -316,26 +344,3 @@ def _derivative(state: State, given: Held, missing: list[float]) -> list[list[fl
 def _difference(value: float) -> float:
     """A small change of a number that may be an angle."""
     return wrap(value) if abs(value) > 3.0 else value
-
-
-def solve4(rows: Sequence[Sequence[float]], right: Sequence[float]) -> list[float] | None:
-    """Solve a system of four equations by elimination with pivots; None where it is singular."""
-    work = [[*row, value] for row, value in zip(rows, right, strict=True)]
-    count = len(work)
-    for i in range(count):
-        pivot = max(range(i, count), key=lambda j: abs(work[j][i]))
-        work[i], work[pivot] = work[pivot], work[i]
-        top = work[i]
-        if not abs(top[i]) > 0.0:
-            return None
-        for j in range(i + 1, count):
-            row = work[j]
-            factor = row[i] / top[i]
-            if factor:
-                for k in range(i + 1, count + 1):
-                    row[k] -= factor * top[k]
-    answer = [0.0] * count
-    for i in reversed(range(count)):
-        rest = work[i][count] - sum(work[i][k] * answer[k] for k in range(i + 1, count))
-        answer[i] = rest / work[i][i]
-    return answer

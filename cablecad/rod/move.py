@@ -65,7 +65,8 @@ def move_solution(
         anew = solve_rod(replace(cable, bulge=(x, y, z), equilibrium=last.index - last.index % 2))
         return replace(anew, cable=cable, reason=f"{last.reason}; followed")
     assert isinstance(cable.length, int | float)
-    span = span_of(cable, float(cable.length), near=trace.span.e3)
+    x, y, z = trace.span.e3.tolist()
+    span = span_of(cable, float(cable.length), near=(x, y, z))
     if (span.start_clamped, span.end_clamped) != (trace.span.start_clamped, trace.span.end_clamped):
         raise UsageError("a moved end must stay what it was, a clamp or a pin; solve the changed cable anew")
     ratio = torsion_ratio(cable, span)
@@ -159,15 +160,8 @@ def _moved_cable(
     if isinstance(last.cable.end, Toward) and end is None:
         raise UsageError("a cable given by `toward` has no end to move; give its end a position")
     # The length of the solution: a cable given by its slack, or as the shortest, does not change length by moving.
-    return replace(
-        last.cable,
-        start=last.cable.start if start is None else start,
-        end=last.cable.end if end is None else end,
-        length=last.length if length is None else length,
-        slack=None,
-        chord=None,
-        force=None,
-        angle_deg=None,
-        rise=None,
-        bend_radius=None,
+    return last.cable.between(
+        last.cable.start if start is None else start,
+        last.cable.end if end is None else end,  # type: ignore[arg-type]  # a `toward` without an end was refused
+        last.length if length is None else length,
     )

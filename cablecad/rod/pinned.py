@@ -44,7 +44,8 @@ def solve_pinned_cable(cable: Cable, *, reason: str) -> RodSolution:
     origin = np.array(cable.start_support.position)
     end, axis, data, names = _data(cable, origin)
     solved = solve_pinned(data, EI=cable.material.EI(cable.section) if cable.material else None, names=names)
-    side = bulge_direction(axis, cable.bulge)
+    x, y, z = axis.tolist()
+    side = np.array(bulge_direction((x, y, z), cable.bulge))
     twins = _modes(cable, solved, origin, axis, side)
     index = choose(cable, twins)
     chosen = twins[index]

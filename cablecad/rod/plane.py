@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 
 from cablecad.centreline import Array
 from cablecad.errors import Mistake, SceneError
-from cablecad.model import Vector
+from cablecad.model import Vector, unit
+from cablecad.rod.vector import across, cross, norm
 
 NEAR_VERTICAL = 1e-3
 """Within this angle of the default bulge +Z [rad] a chord takes +X instead, so that no plane hangs on rounding."""
@@ -26,27 +27,25 @@ def unit_vector(vector: ArrayLike) -> Array:
     return result
 
 
-def bulge_direction(axis: Array, bulge: Vector | None) -> Array:
+def bulge_direction(axis: Vector, bulge: Vector | None) -> Vector:
     """The side to bend to: `bulge` made perpendicular to a unit `axis` (the chord, or the tangent of a ring).
 
     Args:
-        axis: Unit vector, shape (3,).
+        axis: Unit vector.
         bulge: As the cable gives it; None stands for +Z, or +X where +Z is along the axis.
 
     Returns:
-        Unit vector perpendicular to `axis`, shape (3,).
+        Unit vector perpendicular to `axis`.
 
     Raises:
         SceneError: The given bulge is parallel to the axis.
     """
-    wanted = unit_vector(bulge if bulge is not None else (0.0, 0.0, 1.0))
-    across = np.linalg.norm(np.cross(axis, wanted))
-    if bulge is None and across < NEAR_VERTICAL:
-        wanted = np.array([1.0, 0.0, 0.0])
-    elif bulge is not None and across < PARALLEL:
-        problem = f"is parallel to the chord {tuple(axis.round(6).tolist())}; give a direction across it"
-        raise SceneError([Mistake("bulge", problem, bulge)])
-    side = wanted - (wanted @ axis) * axis
-    side = unit_vector(side)
-    result: Array = unit_vector(side - (side @ axis) * axis)  # twice: a bulge near the axis loses digits the first time
-    return result
+    wanted = unit(bulge if bulge is not None else (0.0, 0.0, 1.0))
+    off = norm(cross(axis, wanted))
+    if bulge is None and off < NEAR_VERTICAL:
+        wanted = (1.0, 0.0, 0.0)
+    elif bulge is not None and off < PARALLEL:
+        shown = tuple(round(part, 6) for part in axis)
+        raise SceneError([Mistake("bulge", f"is parallel to the chord {shown}; give a direction across it", bulge)])
+    side = unit(across(wanted, axis))
+    return unit(across(side, axis))  # twice: a bulge near the axis loses digits the first time

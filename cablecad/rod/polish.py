@@ -185,7 +185,7 @@ def polish(
     held = 0 not in space.free, 1 not in space.free
     for i in np.flatnonzero(easy).tolist():
         given = Held(*held, float(targets[i, 0]), float(targets[i, 1]), float(excess[i]))
-        refined, residual[i], _ = refine(middle.one(i), given)
+        refined, residual[i] = refine(middle.one(i), given)
         for name, value in zip(State._fields, refined, strict=True):
             getattr(middle, name)[i] = value
     rest = np.flatnonzero(residual > _GOOD)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from cablecad.centreline import Array, Centreline, Side
 from cablecad.errors import Mistake, SceneError
 from cablecad.model import Cable, Clamp, EquilibriumKey, Pin, Port
-from cablecad.rod.stability import Stability
+from cablecad.rod.stability import Judged
 from cablecad.rod.verdict import Violation, find_violations, find_warnings
 from cablecad.self_gap import self_gap
 
@@ -74,7 +74,7 @@ class Equilibrium:
     branch: str
     energy_per_EI: float
     draw: Callable[[], Shape]
-    judge: Callable[[], Stability]
+    judge: Callable[[], Judged]
     diameter: float
     trace: Trace | None = None
 
@@ -99,7 +99,7 @@ class Equilibrium:
         return self.shape.end
 
     @cached_property
-    def stability(self) -> Stability:
+    def stability(self) -> Judged:
         """Margins in and out of the plane."""
         return self.judge()
 
@@ -167,7 +167,7 @@ class RodSolution:
         return self.equilibrium.centreline
 
     @property
-    def stability(self) -> Stability:
+    def stability(self) -> Judged:
         """The chosen equilibrium's stability."""
         return self.equilibrium.stability
 

@@ -14,12 +14,15 @@ import numpy as np
 
 from cablecad.centreline import Array
 from cablecad.errors import InfeasibleError, NotPlanarError
-from cablecad.model import Cable, Clamp, Pin
-from cablecad.rod.plane import bulge_direction, unit_vector
+from cablecad.model import Cable, Clamp, Pin, Vector, unit
+from cablecad.rod.plane import bulge_direction
+from cablecad.rod.vector import across, cross, dot, minus, norm, plus, scaled
 
 IN_PLANE = 1e-6
 """Clamps within this angle of the plane [rad] are turned into it: the accuracy of a modelled connector. Where chord and
 clamps are within it of one line, that line leaves the plane open and the bulge decides."""
+
+EPS = float(np.finfo(float).eps)
 
 COINCIDENT = 1e-12
 """Ends nearer than this over the length have no chord: a difference of positions that is all rounding."""
@@ -62,7 +65,7 @@ class Span:
     @property
     def e3(self) -> Array:
         """The plane's normal."""
-        return np.cross(self.e1, self.e2)
+        return np.array(cross(self.e1.tolist(), self.e2.tolist()))
 
     @property
     def end_point(self) -> tuple[float, float]:
@@ -71,13 +74,13 @@ class Span:
         return float(chord @ self.e1) / self.length, float(chord @ self.e2) / self.length
 
 
-def span_of(cable: Cable, length: float, *, near: Array | None = None) -> Span:
+def span_of(cable: Cable, length: float, *, near: Vector | None = None) -> Span:
     """Reduce a cable with positions at both ends to its free part.
 
     Args:
         cable: With two positions.
         length: Of the whole cable [mm]; `cable.slack`, where given, is the primary datum of the excess.
-        near: Normal of the plane it was in before it moved, shape (3,): it decides the side, and the plane where the
+        near: Unit normal of the plane it was in before it moved: it decides the side, and the plane where the
             ends leave it open, in place of the bulge.
 
     Raises:
@@ -86,11 +89,13 @@ def span_of(cable: Cable, length: float, *, near: Array | None = None) -> Span:
         SceneError: The bulge is along the chord.
     """
     supports = (cable.start_support, cable.end_support)
-    positions, given, straights = [], [], []
+    places: list[Vector] = []
+    given: list[Vector | None] = []
+    straights: list[float] = []
     for support in supports:
         assert isinstance(support, Clamp | Pin)  # a cable with `toward` is the pinned model's
-        positions.append(np.array(support.position))
-        given.append(unit_vector(support.direction) if isinstance(support, Clamp) else None)
+        places.append(support.position)
+        given.append(unit(support.direction) if isinstance(support, Clamp) else None)
         straights.append(support.straight if isinstance(support, Clamp) else 0.0)
     free = length - straights[0] - straights[1]
     if free <= 0.0:
@@ -98,18 +103,18 @@ def span_of(cable: Cable, length: float, *, near: Array | None = None) -> Span:
             f"the straight lengths {straights[0]:g} mm and {straights[1]:g} mm held by the connectors leave nothing "
             f"of the cable's {length:.12g} mm to bend; make the cable longer or the straights shorter"
         )
-    apart = positions[1] - positions[0]
-    distance = float(np.linalg.norm(apart))
+    apart = minus(places[1], places[0])
+    distance = norm(apart)
     # Nearer than this the direction of the chord is rounding, and must not decide the plane.
-    nowhere = COINCIDENT * length + 8.0 * np.finfo(float).eps * float(np.abs(positions).max())
+    nowhere = COINCIDENT * length + 8.0 * EPS * max(abs(x) for place in places for x in place)
     normal, off = _plane_normal(cable, apart if distance > nowhere else None, given, near)
-    directions = [None if d is None else unit_vector(d - (d @ normal) * normal) for d in given]
+    directions = [None if d is None else unit(across(d, normal)) for d in given]
     start, end = (
-        place if direction is None else place + way * straight * direction
-        for place, direction, straight, way in zip(positions, directions, straights, (1.0, -1.0), strict=True)
+        place if direction is None else plus(place, direction, way * straight)
+        for place, direction, straight, way in zip(places, directions, straights, (1.0, -1.0), strict=True)
     )
-    chord = end - start
-    gap = float(np.linalg.norm(chord))
+    chord = minus(end, start)
+    gap = norm(chord)
     excess = free - gap if cable.slack is None else cable.slack * distance + (distance - sum(straights) - gap)
     if excess <= 0.0:
         held = "" if free == length else f" (of it {free:.12g} mm free)"
@@ -118,17 +123,18 @@ def span_of(cable: Cable, length: float, *, near: Array | None = None) -> Span:
             f"length {length:.12g} mm{held} is {short} the distance it has to span, {gap:.12g} mm; make the cable "
             "longer or bring the ends together"
         )
-    e1 = unit_vector(chord) if gap > nowhere else next(d for d in directions if d is not None)
-    e2 = unit_vector(np.cross(normal, e1))
-    lean = float(normal @ near) if near is not None else float(e2 @ bulge_direction(e1, cable.bulge))
+    e1 = unit(chord) if gap > nowhere else next(d for d in directions if d is not None)
+    e2 = unit(cross(normal, e1))
+    lean = dot(normal, near) if near is not None else dot(e2, bulge_direction(e1, cable.bulge))
     # Across the bulge neither side is towards it; the largest coordinate decides, so that the choice is stable.
-    e2 = e2 if (lean if abs(lean) > IN_PLANE else float(e2[np.argmax(np.abs(e2))])) > 0.0 else -e2
-    angles = [0.0 if d is None else math.atan2(float(d @ e2), float(d @ e1)) for d in directions]
+    if (lean if abs(lean) > IN_PLANE else max(e2, key=abs)) <= 0.0:
+        e2 = scaled(e2, -1.0)
+    angles = [0.0 if d is None else math.atan2(dot(d, e2), dot(d, e1)) for d in directions]
     return Span(
-        start=start,
-        end=end,
-        e1=e1,
-        e2=e2,
+        start=np.array(start),
+        end=np.array(end),
+        e1=np.array(e1),
+        e2=np.array(e2),
         length=free,
         excess=excess / free,
         start_angle=angles[0],
@@ -142,23 +148,23 @@ def span_of(cable: Cable, length: float, *, near: Array | None = None) -> Span:
 
 
 def _plane_normal(
-    cable: Cable, chord: Array | None, given: list[Array | None], near: Array | None
-) -> tuple[Array, float]:
+    cable: Cable, chord: Vector | None, given: list[Vector | None], near: Vector | None
+) -> tuple[Vector, float]:
     """Normal of the plane through the ends' chord (None where they coincide) and the clamp that leans from it most.
 
     Returns:
-        The normal, shape (3,), and the greatest angle of a clamp from the plane [rad].
+        The normal, and the greatest angle of a clamp from the plane [rad].
     """
     directions = [d for d in given if d is not None]
-    axis = unit_vector(chord) if chord is not None else directions[0]
-    across = [d - (d @ axis) * axis for d in directions]
-    if max((float(np.linalg.norm(vector)) for vector in across), default=0.0) <= IN_PLANE:
+    axis = unit(chord) if chord is not None else directions[0]
+    leaning = [across(d, axis) for d in directions]
+    if max((norm(vector) for vector in leaning), default=0.0) <= IN_PLANE:
         # All on one line: the plane is open.
-        side = bulge_direction(axis, cable.bulge) if near is None else np.cross(near, axis)
+        side = bulge_direction(axis, cable.bulge) if near is None else cross(near, axis)
     else:
-        side = max(across, key=lambda vector: float(vector @ vector))
-    normal = unit_vector(np.cross(axis, side))
-    off = max((math.asin(min(1.0, abs(float(d @ normal)))) for d in directions), default=0.0)
+        side = max(leaning, key=norm)
+    normal = unit(cross(axis, side))
+    off = max((math.asin(min(1.0, abs(dot(d, normal)))) for d in directions), default=0.0)
     if off > IN_PLANE:
         raise NotPlanarError(
             f"the ends do not lie in one plane: a clamp's axis is {math.degrees(off):.6g} degrees out of the plane "

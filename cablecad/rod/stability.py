@@ -28,7 +28,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -39,6 +39,23 @@ PARALLEL = 1e-9
 
 NEUTRAL = 1e-8
 """Margins closer to zero are rounding: eps times the largest eigenvalue (4e5 for 44 functions), and some reserve."""
+
+
+class Judged(Protocol):
+    """What is asked of the stability of one equilibrium; see `Stability`."""
+
+    @property
+    def in_plane(self) -> Any: ...  # noqa: D102
+    @property
+    def out_of_plane(self) -> Any: ...  # noqa: D102
+    @property
+    def free_turn(self) -> Any: ...  # noqa: D102
+    @property
+    def spin(self) -> str: ...  # noqa: D102
+    @property
+    def stable_in_plane(self) -> Any: ...  # noqa: D102
+    @property
+    def stable_out_of_plane(self) -> Any: ...  # noqa: D102
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,33 +162,27 @@ def stability_at_nodes(
         The margins, each of shape (...,).
     """
     cosine, sine = np.cos(theta), np.sin(theta)
-    tension = n[..., :1] * cosine + n[..., 1:] * sine
-    chord = _chord(space, cosine, sine) if chord is None else chord
-    pins = not start_clamped and not end_clamped
-    flat = _in_plane(space, cosine, sine, tension, chord, pins)
-    held = start_clamped and end_clamped and torsion_ratio is not None
-    tilted, free = _out_of_plane(
-        space, cosine, sine, tension, kappa, ends, chord, start_clamped, end_clamped, torsion_ratio if held else None
+    forms, free = forms_at_nodes(
+        space,
+        cosine,
+        sine,
+        kappa,
+        n,
+        ends,
+        start_clamped=start_clamped,
+        end_clamped=end_clamped,
+        torsion_ratio=torsion_ratio,
+        chord=_chord(space, cosine, sine) if chord is None else chord,
     )
-    # Both at once: at this size calls cost more than arithmetic.
-    rows = np.zeros((2, *tilted[1].shape))
-    rows[0, ..., : flat[1].shape[-2], :], rows[1] = flat[1], tilted[1]
-    least = least_eigenvalue(np.stack([flat[0], tilted[0]]), rows)
+    least = np.linalg.eigvalsh(forms)[..., 0]
+    held = start_clamped and end_clamped and torsion_ratio is not None
     return Stability(least[0], least[1], free, "clamped" if held else "free")
 
 
-def in_plane_at_nodes(
-    space: TrialSpace, theta: Array, n: Array, *, start_clamped: bool, end_clamped: bool, chord: Array
-) -> Array:
-    """The margin in the plane alone; arguments as for `stability_at_nodes`, shape (...,)."""
-    cosine, sine = np.cos(theta), np.sin(theta)
-    tension = n[..., :1] * cosine + n[..., 1:] * sine
-    return least_eigenvalue(*_in_plane(space, cosine, sine, tension, chord, not start_clamped and not end_clamped))
-
-
-def out_of_plane_at_nodes(
+def forms_at_nodes(
     space: TrialSpace,
-    theta: Array,
+    cosine: Array,
+    sine: Array,
     kappa: Array,
     n: Array,
     ends: Array,
@@ -181,12 +192,32 @@ def out_of_plane_at_nodes(
     torsion_ratio: Any,
     chord: Array,
 ) -> tuple[Array, Any]:
-    """The margin out of the plane alone, and whether a free turn was left out; arguments as before, shape (...,)."""
-    cosine, sine = np.cos(theta), np.sin(theta)
+    """The second variations in and out of the plane, their eigenvalues' matrices; arguments as before.
+
+    Args as for `stability_at_nodes`, but for the tangents (`cosine`, `sine`) at the nodes, shape (..., q) each.
+
+    Returns:
+        Matrices of shape (2, ..., m, m) on the motions that the ends allow; whether a free turn was left out.
+    """
     tension = n[..., :1] * cosine + n[..., 1:] * sine
-    ratio = torsion_ratio if start_clamped and end_clamped else None
-    tilted, free = _out_of_plane(space, cosine, sine, tension, kappa, ends, chord, start_clamped, end_clamped, ratio)
-    return least_eigenvalue(*tilted), free
+    pins = not start_clamped and not end_clamped
+    flat = _in_plane(space, cosine, sine, tension, chord, pins)
+    held = start_clamped and end_clamped and torsion_ratio is not None
+    tilted, free = _out_of_plane(
+        space, cosine, sine, tension, kappa, ends, chord, start_clamped, end_clamped, torsion_ratio if held else None
+    )
+    # Both at once: at this size calls cost more than arithmetic.
+    rows = np.zeros((2, *tilted[1].shape))
+    rows[0, ..., : flat[1].shape[-2], :], rows[1] = flat[1], tilted[1]
+    return restricted(np.stack([flat[0], tilted[0]]), rows), free
+
+
+def in_plane_at_nodes(
+    space: TrialSpace, cosine: Array, sine: Array, n: Array, *, start_clamped: bool, end_clamped: bool, chord: Array
+) -> Array:
+    """The margin in the plane alone; arguments as for `forms_at_nodes`, shape (...,)."""
+    tension = n[..., :1] * cosine + n[..., 1:] * sine
+    return least_eigenvalue(*_in_plane(space, cosine, sine, tension, chord, not start_clamped and not end_clamped))
 
 
 def _chord(space: TrialSpace, cosine: Array, sine: Array) -> Array:
@@ -220,9 +251,9 @@ def _out_of_plane(
     modes, free = _zero_modes(space, cosine, sine, chord, length, ends, start_clamped, end_clamped, held)
     form = _form(space, tension - kappa**2)
     if held:
-        twist = (kappa * space.weights) @ space.values
+        twist = kappa @ space.weighted
         form = form + np.asarray(torsion_ratio)[..., None, None] * twist[..., :, None] * twist[..., None, :]
-    flat = np.broadcast_to(space.weights @ space.values, modes[0].shape)
+    flat = np.broadcast_to(space.mean, modes[0].shape)
     return (form, np.stack([flat, *modes], axis=-2)), free
 
 
@@ -236,17 +267,16 @@ def least_in_plane(space: TrialSpace, cosine: Array, sine: Array, tension: Array
 
 def _held_rows(space: TrialSpace, cosine: Array, sine: Array, turn_free: Any) -> Array:
     """What motions in the plane are normal to: the ends stay, and a free turn is left out."""
-    rows = np.stack([(sine * space.weights) @ space.values, (cosine * space.weights) @ space.values], axis=-2)
+    rows = np.stack([sine @ space.weighted, cosine @ space.weighted], axis=-2)
     if turn_free is not None and np.any(turn_free):
-        turn = np.broadcast_to(space.weights @ space.values, rows[..., :1, :].shape)
+        turn = np.broadcast_to(space.mean, rows[..., :1, :].shape)
         rows = np.concatenate([rows, np.where(np.asarray(turn_free)[..., None, None], turn, 0.0)], axis=-2)
     return rows
 
 
 def _form(space: TrialSpace, potential: Array) -> Array:
     """int v_i' v_j' + potential v_i v_j ds, shape (..., m, m)."""
-    weighted = (space.weights * potential)[..., :, None] * space.values
-    product: Array = space.stiffness + space.values.T @ weighted
+    product: Array = space.stiffness + space.values.T @ (potential[..., :, None] * space.weighted)
     return product
 
 
@@ -285,18 +315,23 @@ def _zero_modes(
     about = axis[..., :1] * sine - axis[..., 1:] * cosine
     across = axis[..., :1] * cosine + axis[..., 1:] * sine
     rows = [np.where(free[..., None], about, 0.0), np.where(second[..., None], across, 0.0)]
-    return [(row * space.weights) @ space.values for row in rows], free
+    return [row @ space.weighted for row in rows], free
 
 
 def least_eigenvalue(form: Array, rows: Array) -> Array:
-    """Least eigenvalue of symmetric matrices on the null space of a few rows.
+    """Least eigenvalue of symmetric matrices on the null space of a few rows, shape (...,); see `restricted`."""
+    return np.asarray(np.linalg.eigvalsh(restricted(form, rows))[..., 0], dtype=float)
+
+
+def restricted(form: Array, rows: Array) -> Array:
+    """Symmetric matrices on the null space of a few rows, and out of the way elsewhere.
 
     Args:
         form: Shape (..., m, m), symmetric.
         rows: Shape (..., r, m); rows may be zero or depend on each other (a straight cable: sin(theta) = 0).
 
     Returns:
-        Shape (...,).
+        Shape (..., m, m): the same form, but larger than anything in it along the rows.
     """
     count = rows.shape[-2]
     unit = np.zeros_like(rows)
@@ -318,5 +353,5 @@ def least_eigenvalue(form: Array, rows: Array) -> Array:
     lift = 1.0 + 2.0 * np.max(np.abs(np.diagonal(form, axis1=-2, axis2=-1)), axis=-1)[..., None, None]
     lifted = inner + lift * np.eye(inner.shape[-1])
     projected = form - image @ unit - across @ np.swapaxes(image, -1, -2) + across @ lifted @ unit
-    least: Array = np.linalg.eigvalsh((projected + np.swapaxes(projected, -1, -2)) / 2.0)[..., 0]
-    return least
+    symmetric: Array = (projected + np.swapaxes(projected, -1, -2)) / 2.0
+    return symmetric

@@ -17,7 +17,8 @@ def solve_straight(cable: Cable, start: Array, end: Array, *, length: float, rea
     """The line from `start` to `end`, shape (3,) each [mm], of given `length` [mm]; no force, no moment."""
     chord = float(np.linalg.norm(end - start))
     axis = (end - start) / chord
-    piece = Line(Placement(start, axis, bulge_direction(axis, cable.bulge)), chord)
+    x, y, z = axis.tolist()
+    piece = Line(Placement(start, axis, np.array(bulge_direction((x, y, z), cable.bulge))), chord)
     nothing = np.zeros(3)
     supports = (cable.start_support, cable.end_support)
     held = [isinstance(support, Clamp) for support in supports]

@@ -39,12 +39,16 @@ class TrialSpace:
         weights: Quadrature weights, shape (q,), sum 1.
         values: Functions at the nodes, shape (q, m); int v_i v_j ds = delta_ij.
         stiffness: int v_i' v_j' ds, shape (m, m).
+        weighted: `values` times the weights, shape (q, m).
+        mean: int v_i ds, shape (m,).
     """
 
     s: Array
     weights: Array
     values: Array
     stiffness: Array
+    weighted: Array
+    mean: Array
 
 
 def gauss_legendre(count: int) -> tuple[Array, Array]:
@@ -99,7 +103,8 @@ def trial_space(
     triangle = np.linalg.qr(root * values)[1]
     values = np.linalg.solve(triangle.T, values.T).T
     slopes = np.linalg.solve(triangle.T, slopes.T).T
-    return TrialSpace(s, weights, values, (slopes.T * weights) @ slopes)
+    weighted = weights[:, None] * values
+    return TrialSpace(s, weights, values, (slopes.T * weights) @ slopes, weighted, weights @ values)
 
 
 def refine(

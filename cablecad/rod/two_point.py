@@ -19,12 +19,12 @@ from cablecad.centreline import Array, Centreline, Line, Piece, Placement
 from cablecad.errors import CablecadError, SolveError
 from cablecad.model import Cable
 from cablecad.rod.equilibria import Equilibria
+from cablecad.rod.judge import RowStability
 from cablecad.rod.pieces import Elastica, TautCable
 from cablecad.rod.planar import solve_planar
 from cablecad.rod.polish import Middle
 from cablecad.rod.solution import EndState, Equilibrium, RodSolution, Shape, choose
 from cablecad.rod.span import Span, span_of
-from cablecad.rod.stability import Stability
 from cablecad.rod.taut import Taut
 from cablecad.rod.trace import Trace
 
@@ -165,11 +165,6 @@ def _towards_bulge(twin: Equilibrium, span: Span) -> tuple[float, ...]:
 def equilibrium_of(cable: Cable, span: Span, row: Equilibria, ratio: float | None) -> Equilibrium:
     """One equilibrium of a rod of length one, given the span's length and place."""
     spin: Literal["clamped", "free"] = "free" if ratio is None else "clamped"
-
-    def judge() -> Stability:
-        margins = float(row.margin_in_plane[0]), float(row.margin_out_of_plane[0])
-        return Stability(*margins, bool(row.free_turn[0]), spin)
-
     return Equilibrium(
         winding=int(row.winding[0]),
         side=int(row.side[0]),
@@ -177,7 +172,7 @@ def equilibrium_of(cable: Cable, span: Span, row: Equilibria, ratio: float | Non
         branch=_branch(row),
         energy_per_EI=float(row.energy[0]) / span.length,
         draw=partial(_draw, span, row),
-        judge=judge,
+        judge=partial(RowStability, row, spin),
         diameter=cable.diameter,
         trace=Trace(span, row),
     )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from cablecad.model import Cable
-from cablecad.rod.stability import Stability
+from cablecad.rod.stability import Judged
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ def find_violations(
 
 
 def find_warnings(
-    cable: Cable, stability: Stability, self_gap: float | None, weight_ratio: float | None
+    cable: Cable, stability: Judged, self_gap: float | None, weight_ratio: float | None
 ) -> tuple[str, ...]:
     """What a user should know of a shape that breaks no rule.
 

@@ -1,11 +1,13 @@
 """How many trial functions the margins of stability of one equilibrium need: the steps of `judge.TRIAL_MODES`.
 
-Every equilibrium of random scenes is judged with few functions and with 72; printed is the greatest difference over
-1 + omega^2, by number of functions and by the upper end of a band of omega. Run it by
+Every equilibrium of random scenes is judged with few functions and with 128; printed is the greatest difference over
+1 + steepness^2, by number of functions and by the upper end of a band of steepness, max(omega, curvature/2). Run it by
 `python tests/experiments/margin_modes.py`; it takes a minute.
 """
 
 from __future__ import annotations
+
+import sys
 
 import numpy as np
 
@@ -13,7 +15,7 @@ from cablecad.rod.planar import solve_planar
 from cablecad.rod.stability import stability_at_nodes
 from cablecad.rod.trial import trial_space
 
-COUNTS = (10, 12, 14, 16, 20, 24, 28, 32, 36, 40, 44, 52)
+COUNTS = (12, 16, 20, 24, 28, 32, 36, 44, 52, 60, 72, 84)
 BANDS = (3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 16.0, 18.0, 24.0, 36.0, 100.0)
 
 
@@ -39,11 +41,14 @@ def differences(held: tuple[bool, bool], scenes: int, seed: int) -> np.ndarray:
         )
         return np.stack([judged.in_plane, judged.out_of_plane], axis=-1)
 
-    best = margins(72)
+    best = margins(128)
     worst = np.zeros((len(BANDS), len(COUNTS)))
-    band = np.searchsorted(BANDS, np.maximum(found.omega, found.kappa_max / 2.0))
+    steepness = np.maximum(found.omega, found.kappa_max / 2.0)
+    band = np.searchsorted(BANDS, steepness)
     for j, count in enumerate(COUNTS):
-        off = np.max(np.abs(margins(count) - best), axis=1) / (1.0 + np.maximum(found.omega, found.kappa_max / 2.0) ** 2)
+        off = np.max(np.abs(margins(count) - best), axis=1) / (
+            1.0 + np.maximum(found.omega, found.kappa_max / 2.0) ** 2
+        )
         for i in range(len(BANDS)):
             worst[i, j] = off[band == i].max(initial=0.0)
     return worst
@@ -51,6 +56,6 @@ def differences(held: tuple[bool, bool], scenes: int, seed: int) -> np.ndarray:
 
 if __name__ == "__main__":
     worst = np.max([differences(held, 1000, 7) for held in ((True, True), (True, False), (False, False))], axis=0)
-    print("omega <=" + "".join(f"{count:9d}" for count in COUNTS))
+    sys.stdout.write("   up to" + "".join(f"{count:9d}" for count in COUNTS) + "\n")
     for band, row in zip(BANDS, worst, strict=True):
-        print(f"{band:8g}" + "".join(f"{value:9.0e}" for value in row))
+        sys.stdout.write(f"{band:8g}" + "".join(f"{value:9.0e}" for value in row) + "\n")

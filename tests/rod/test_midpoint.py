@@ -7,7 +7,7 @@ import pytest
 from test_flow import S, states
 
 from cablecad.rod.flow import Jump, jump
-from cablecad.rod.midpoint import Held, State, advance, carry, curvature, refine, solve4, unmet
+from cablecad.rod.midpoint import Held, State, advance, along, carry, refine, unmet
 from cablecad.rod.planar import solve_planar
 from cablecad.rod.polish import Middle
 
@@ -31,11 +31,15 @@ def test_every_regime_is_that_of_the_arrays(psi, kappa, omega, tension):
 
 
 @pytest.mark.parametrize(("psi", "kappa", "omega"), list(states()))
-def test_curvature_along_the_rod_is_that_of_the_flow(psi, kappa, omega):
+def test_tangent_and_curvature_along_the_rod_are_those_of_the_flow(psi, kappa, omega):
     state = in_floats(psi, kappa, omega, tension=False)
     p, c = state.half
-    want = jump(np.array([p]), np.array([c]), np.array([kappa]), np.array([omega]), S).kappa[0]
-    assert np.max(np.abs(curvature(state, S) - want)) < 3e-14 * (1 + omega + abs(kappa))
+    want = jump(np.array([p]), np.array([c]), np.array([kappa]), np.array([omega]), S)
+    theta = state.direction + state.lean + want.turn[0]
+    wanted = np.stack([np.cos(theta), np.sin(theta), want.kappa[0] / (1 + omega + abs(kappa))])
+    cosine, sine, bent = along(state, S)
+    got = np.stack([cosine, sine, bent / (1 + omega + abs(kappa))])
+    assert np.max(np.abs(got - wanted)) < 3e-14
 
 
 def test_phase_counts_inflections_and_crests():
@@ -43,7 +47,7 @@ def test_phase_counts_inflections_and_crests():
     state = State(0.0, 30.0, 0.0, 20.0, False)
     begin, finish = carry(state, 0.5)
     s = np.linspace(-0.5, 0.5, 20001)
-    kappa = curvature(state, s)
+    kappa = along(state, s)[2]
     zeros = np.count_nonzero(kappa[1:] * kappa[:-1] < 0)
     assert zeros == math.ceil(finish.phase / math.pi - 0.5) - math.floor(begin.phase / math.pi - 0.5) - 1
     assert finish.phase == pytest.approx(-begin.phase, rel=1e-14)
@@ -58,8 +62,8 @@ def test_newton_restores_a_disturbed_solution():
             direction=row.direction.item() - frame
         )
         given = Held(True, True, 0.5 - frame, -1.2 - frame, row.excess.item())
-        assert max(map(abs, unmet(state, given)[0])) < 1e-13
-        again, residual, _ = refine(advance(state, [1e-3, -5e-3, 0.03, -0.02]), given)
+        assert max(map(abs, unmet(state, given))) < 1e-13
+        again, residual = refine(advance(state, [1e-3, -5e-3, 0.03, -0.02]), given)
         assert residual < 1e-14
         assert abs(again.kappa - state.kappa) < 1e-11
 
@@ -70,10 +74,21 @@ def test_a_start_that_is_not_near_is_not_solved():
     assert refine(state, Held(True, True, 2.5, -2.9, 0.95))[1] > 1e-3
 
 
-def test_elimination():
-    rng = np.random.default_rng(4)
-    for _ in range(20):
-        rows, right = rng.normal(size=(4, 4)), rng.normal(size=4)
-        rows[0, 0] = 0.0  # needs a pivot
-        assert np.allclose(rows @ solve4(rows.tolist(), right.tolist()), right, rtol=0, atol=1e-11)
-    assert solve4([[1.0, 2, 3, 4], [2.0, 4, 6, 8], [0.0, 0, 1, 0], [0.0, 0, 0, 1]], [1.0, 2, 3, 4]) is None
+@pytest.mark.parametrize("tension", [False, True])
+@pytest.mark.parametrize(("psi", "kappa", "omega"), list(states()))
+def test_unmet_conditions_are_those_of_the_carried_ends(psi, kappa, omega, tension):
+    state = in_floats(psi, kappa, omega, tension=tension)
+    begin, finish = carry(state, 0.5)
+    along, across = finish.along - begin.along, finish.across - begin.across
+    turn = complex(math.cos(state.compression), math.sin(state.compression)) * complex(along, across)
+    theta = state.direction + state.lean
+    for start, end in ((True, True), (True, False), (False, True), (False, False)):
+        want = [
+            1.0 - turn.real - 0.3,
+            turn.imag,
+            math.remainder(theta + begin.turn - 0.4, 2 * math.pi) if start else begin.kappa,
+            math.remainder(theta + finish.turn + 0.9, 2 * math.pi) if end else finish.kappa,
+        ]
+        off = np.subtract(unmet(state, Held(start, end, 0.4, -0.9, 0.3)), want)
+        off[2:] = [math.remainder(x, 2 * math.pi) if held else x for x, held in zip(off[2:], (start, end), strict=True)]
+        assert np.max(np.abs(off)) < 3e-14 * (1 + omega + abs(kappa))

@@ -136,7 +136,8 @@ def test_straight_clamped_cable_under_compression():
     for load in (0.0, 30.0, 45.0):
         found = stability(np.zeros_like, np.zeros_like, np.array([-load, 0.0]), start_clamped=True, end_clamped=True)
         assert math.isclose(found.in_plane, 4.0 * math.pi**2 - load, rel_tol=0.0, abs_tol=1e-8)
-        assert math.isclose(found.out_of_plane, found.in_plane, rel_tol=1e-12)
+        # Rounding: eps times the largest eigenvalue, 4e5 for 44 functions, and some of that for each operation.
+        assert math.isclose(found.out_of_plane, found.in_plane, rel_tol=0.0, abs_tol=1e-9)
 
 
 CASES = [
