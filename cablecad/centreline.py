@@ -17,7 +17,7 @@ Source: R. L. Bishop, There is more than one way to frame a curve, Amer. Math. M
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, Protocol
 
@@ -60,6 +60,10 @@ class Curve(Protocol):
         """Positions and frames at `s`, shape (n, 3) each."""
         ...
 
+    def states(self, s: ArrayLike, side: Side = "right") -> tuple[Frames, Array]:
+        """Frames, and (k1, k2), shape (n, 2): both for little more than one of them."""
+        ...
+
     def bishop(self, s: ArrayLike, order: int = 0, side: Side = "right") -> Array:
         """Derivatives 0..order of (k1, k2) at `s`, shape (order + 1, n, 2) [1/mm^(1 + order)]."""
         ...
@@ -79,6 +83,10 @@ class Piece(Protocol):
 
     def frames(self, s: Array) -> Frames:
         """Positions and frames at `s` of shape (n,)."""
+        ...
+
+    def states(self, s: Array) -> tuple[Frames, Array]:
+        """Frames, and (k1, k2), shape (n, 2)."""
         ...
 
     def bishop(self, s: Array, order: int) -> Array:
@@ -101,7 +109,8 @@ class Placement:
     @property
     def e3(self) -> Array:
         """The plane's normal, e1 x e2."""
-        return np.cross(self.e1, self.e2)
+        (a, b, c), (x, y, z) = self.e1.tolist(), self.e2.tolist()  # a tenth of the time of np.cross
+        return np.array([b * z - c * y, c * x - a * z, a * y - b * x])
 
     def frames(self, x: Array, y: Array, cosine: Array, sine: Array) -> Frames:
         """Frames of a curve in the plane from its local position and the cosine and sine of its tangent's angle."""
@@ -122,6 +131,10 @@ class Line:
         """Positions and frames at `s`."""
         zero = np.zeros_like(s)
         return self.placement.frames(s, zero, zero + 1.0, zero)
+
+    def states(self, s: Array) -> tuple[Frames, Array]:
+        """Positions and frames at `s`, and no curvature."""
+        return self.frames(s), np.zeros((len(s), 2))
 
     def bishop(self, s: Array, order: int) -> Array:
         """Zeros, shape (order + 1, n, 2)."""
@@ -145,6 +158,10 @@ class Arc:
         half = self.kappa * s / 2.0
         along = s * np.sinc(half / math.pi)  # the chord of the arc; numpy's sinc has the factor pi inside
         return self.placement.frames(along * np.cos(half), along * np.sin(half), np.cos(2 * half), np.sin(2 * half))
+
+    def states(self, s: Array) -> tuple[Frames, Array]:
+        """Positions and frames at `s`, and the constant curvature."""
+        return self.frames(s), self.bishop(s, 0)[0]
 
     def bishop(self, s: Array, order: int) -> Array:
         """The constant curvature and its vanishing derivatives."""
@@ -224,13 +241,29 @@ class Centreline:
         if len(self.pieces) == 1:
             return self.pieces[0].frames(at)
         result = Frames(*(np.empty((len(at), 3)) for _ in range(4)))
+        for piece, own, local in self._shares(at, index):
+            for target, value in zip(result, piece.frames(local), strict=True):
+                target[own] = value
+        return result
+
+    def states(self, s: ArrayLike, side: Side = "right") -> tuple[Frames, Array]:
+        """`frames`, and the curvature's components along normal and binormal, shape (n, 2) [1/mm]."""
+        at, index = locate(s, self.breaks, side)
+        if len(self.pieces) == 1:
+            return self.pieces[0].states(at)
+        result, bend = Frames(*(np.empty((len(at), 3)) for _ in range(4))), np.empty((len(at), 2))
+        for piece, own, local in self._shares(at, index):
+            frames, bend[own] = piece.states(local)
+            for target, value in zip(result, frames, strict=True):
+                target[own] = value
+        return result, bend
+
+    def _shares(self, at: Array, index: NDArray[np.intp]) -> Iterator[tuple[Piece, NDArray[np.bool_], Array]]:
+        """The pieces asked for, which of the arclengths are theirs, and those in their own count."""
         for i, piece in enumerate(self.pieces):
             own = index == i
             if own.any():
-                local = np.clip(at[own] - self.breaks[i], 0.0, piece.length)
-                for target, value in zip(result, piece.frames(local), strict=True):
-                    target[own] = value
-        return result
+                yield piece, own, np.clip(at[own] - self.breaks[i], 0.0, piece.length)
 
     def bishop(self, s: ArrayLike, order: int = 0, side: Side = "right") -> Array:
         """Derivatives 0..order with respect to arclength of the curvature's components along normal and binormal.
@@ -245,11 +278,8 @@ class Centreline:
         """
         at, index = locate(s, self.breaks, side)
         result = np.empty((order + 1, len(at), 2))
-        for i, piece in enumerate(self.pieces):
-            own = index == i
-            if own.any():
-                local = np.clip(at[own] - self.breaks[i], 0.0, piece.length)
-                result[:, own] = piece.bishop(local, order)
+        for piece, own, local in self._shares(at, index):
+            result[:, own] = piece.bishop(local, order)
         return result
 
     def position(self, s: ArrayLike, side: Side = "right") -> Array:

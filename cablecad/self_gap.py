@@ -58,6 +58,10 @@ _MOST_SAMPLES = 4_000_000
 _STARTS = 24
 """Cells from which Newton's method begins in one round: those that may hold the least distances."""
 
+_NEWTON_PARTS, _MANY = 64, 256
+"""Newton's method waits for cells of this size: most of the larger ones hold no critical pair and are left out by the
+next halving. So many of them are not halved without a smaller distance known."""
+
 _NEWTON_STEPS = 8
 """Quadratic convergence from a cell takes 3 to 5; where that fails, smaller cells come up in the next round."""
 
@@ -157,7 +161,8 @@ class _Search:
         passed = []
         while stack:
             cells, pairs = self._critical(stack.pop())
-            self._approach(pairs, self.curve.length / cells.parts)
+            if cells.parts >= _NEWTON_PARTS or len(cells.s) > _MANY:
+                self._approach(pairs, self.curve.length / cells.parts)
             passed.append(_lowest(pairs.taken((pairs.least >= self.enough) & (pairs.least < self.distance))))
             cells = cells.taken(pairs.least < self.enough).halved()
             stack += [cells.taken(slice(begin, begin + _BATCH)) for begin in range(0, len(cells.s), _BATCH)]
@@ -213,7 +218,7 @@ class _Search:
         s_fixed, t_fixed = s >= self.curve.length, t <= 0.0
         for step in range(_NEWTON_STEPS + 1):
             both = np.concatenate([s, t])
-            frames = self.curve.frames(both)
+            frames, bend = self.curve.states(both)
             (r_s, r_t), (t_s, t_t) = np.split(frames.position, 2), np.split(frames.tangent, 2)
             chord = r_s - r_t
             f, g = np.where(s_fixed, 0.0, _dot(chord, t_s)), np.where(t_fixed, 0.0, _dot(chord, t_t))
@@ -221,7 +226,6 @@ class _Search:
             normal = np.maximum(np.abs(f), np.abs(g)) <= _NORMAL * distance + self.rounding
             if step == _NEWTON_STEPS or normal.all():
                 break
-            bend = self.curve.bishop(both)[0]
             bend_s, bend_t = np.split(bend[:, :1] * frames.normal + bend[:, 1:] * frames.binormal, 2)
             cosine = _dot(t_s, t_t)
             f_s, f_t = 1.0 + _dot(chord, bend_s), np.where(s_fixed, 0.0, -cosine)

@@ -54,6 +54,9 @@ class Helix:
         normal = np.cos(back) * inward - np.sin(back) * across
         return Frames(position, tangent, normal, np.sin(back) * inward + np.cos(back) * across)
 
+    def states(self, s: Array) -> tuple[Frames, Array]:
+        return self.frames(s), self.bishop(s, 0)[0]
+
     def bishop(self, s: Array, order: int) -> Array:
         derivatives = np.arange(order + 1)[:, None]
         values = self.curvature * (1j * self.torsion) ** derivatives * np.exp(1j * self.torsion * s)

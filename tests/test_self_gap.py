@@ -204,6 +204,10 @@ class Counted:
         self.points += np.size(s)
         return self.curve.frames(s, side)
 
+    def states(self, s: ArrayLike, side: Side = "right") -> tuple[Frames, Array]:
+        self.points += np.size(s)
+        return self.curve.states(s, side)
+
     def bishop(self, s: ArrayLike, order: int = 0, side: Side = "right") -> Array:
         self.points += np.size(s)
         return self.curve.bishop(s, order, side)

@@ -1,4 +1,6 @@
-"""What a solid is worth, measured on the solid itself: validity, volume, area.
+"""What a solid is worth: validity, volume, area.
+
+`check_solid` measures any solid by Open Cascade, `check_tube` one of ours by its splines.
 
 None of them sees a tube that cuts into itself: that is for `cablecad.self_gap` to find, on the centreline.
 """
@@ -15,6 +17,8 @@ from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopoDS import TopoDS_Shape
 
 from cablecad.brep.kernel import occ_errors, silence, subshapes
+from cablecad.brep.measure import measure_tube
+from cablecad.brep.spline import FittedCentreline
 from cablecad.errors import GeometryError
 
 _PROPERTY_TOLERANCE = 1e-6
@@ -54,7 +58,26 @@ def check_solid(solid: TopoDS_Shape, *, radius: float, length: float) -> SolidCh
         BRepGProp.VolumeProperties_s(solid, volume_properties, _PROPERTY_TOLERANCE, True, False)
         BRepGProp.SurfaceProperties_s(solid, area_properties, _PROPERTY_TOLERANCE, False)
         faces = len(subshapes(solid, TopAbs_ShapeEnum.TopAbs_FACE))
-    volume, area = volume_properties.Mass(), area_properties.Mass()
+    return _certificate(valid, faces, (volume_properties.Mass(), area_properties.Mass()), radius, length)
+
+
+def check_tube(solid: TopoDS_Shape, fit: FittedCentreline, radius: float) -> SolidCheck:
+    """`check_solid` for a tube built directly around a fit, in a tenth of the time.
+
+    Validity and faces are those of the solid; volume and area are integrated over the splines it was built from.
+
+    Raises:
+        GeometryError: Open Cascade failed at checking.
+    """
+    with silence(), occ_errors(GeometryError, "checking the solid", "try another tolerance or report the scene"):
+        valid = bool(BRepCheck_Analyzer(solid).IsValid())
+        faces = len(subshapes(solid, TopAbs_ShapeEnum.TopAbs_FACE))
+    return _certificate(valid, faces, measure_tube(fit, radius), radius, fit.length)
+
+
+def _certificate(valid: bool, faces: int, measured: tuple[float, float], radius: float, length: float) -> SolidCheck:
+    """Volume and area beside what a tube's must be."""
+    volume, area = measured
     exact_volume = math.pi * radius**2 * length
     exact_area = 2.0 * math.pi * radius * (length + radius)
     return SolidCheck(

@@ -115,10 +115,8 @@ class Cable(Checked):
         mistakes = [mistake for key, value in given.items() for mistake in _cable_value(key, value)]
         if mistakes:
             raise SceneError(mistakes)
-        moved = object.__new__(Cable)
         values = {key: getattr(self, key) for key in self.__slots__}
-        moved._set(**{**values, **dict.fromkeys(LENGTH_DATA), **given})
-        return moved
+        return self._trusted(**{**values, **dict.fromkeys(LENGTH_DATA), **given})
 
     @property
     def section(self) -> Section:

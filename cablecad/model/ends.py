@@ -80,9 +80,10 @@ class Port(Checked):
     def support(self, *, at_end: bool) -> Clamp | Pin:
         """The support this port gives to a cable's start, or to its end, where the cable travels inward."""
         if self.outward is None:
-            return Pin(self.position)
+            return Pin._trusted(position=self.position)
         x, y, z = self.outward
-        return Clamp(self.position, (-x, -y, -z) if at_end else (x, y, z), self.straight)
+        direction = (-x, -y, -z) if at_end else (x, y, z)
+        return Clamp._trusted(position=self.position, direction=direction, straight=self.straight)
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,10 +15,14 @@ from cablecad.report import CableOutcome, cable_report
 if TYPE_CHECKING:
     from OCP.TopoDS import TopoDS_Solid
 
+    from cablecad.brep.spline import FittedCentreline
     from cablecad.rod.solution import RodSolution
 
 WORST_DEVIATION = 1.0 / 20.0
 """A shape tolerance above this share of the radius is lowered to it: beyond it the tube is no tube."""
+
+_ROOM = 4.0
+"""Self-gaps of more deviations than this need not be measured again on the fit: its own is less by two at most."""
 
 Search = Literal["answer", "wide"]
 """How far to look for equilibria: for the answer alone, or for more of them."""
@@ -101,21 +105,24 @@ def make_solid(
         GeometryError: The solid failed its check.
         SceneError: A tolerance below what numbers can keep.
     """
-    cable, radius = outcome.cable, outcome.cable.section.radius
+    radius = outcome.cable.section.radius
     with timed(outcome.seconds, "tube"):
         tolerance = _usable_tolerance(outcome, solution, tolerance)
         _refuse_spoilt_tube(solution)
         from cablecad.brep.spline import fit_centreline
 
         fit = fit_centreline(solution.centreline, radius, tolerance=tolerance)
-        _refuse_spoilt_fit(cable, fit)
+        _refuse_spoilt_fit(solution, fit)
         from cablecad.brep.tube import build_tube
 
         solid = build_tube(fit, radius, method=method)
     with timed(outcome.seconds, "check"):
-        from cablecad.brep.check import check_solid
+        from cablecad.brep.check import check_solid, check_tube
 
-        check = check_solid(solid, radius=radius, length=solution.centreline.length)
+        if method == "direct":
+            check = check_tube(solid, fit, radius)
+        else:
+            check = check_solid(solid, radius=radius, length=fit.length)
     outcome.fit, outcome.check = fit, check
     # Pappus: the volume of a tube with a side off by e differs by 2 e / r at most, 4 e / r with room for its ends.
     allowed = 4.0 * max(fit.deviation, 1e-7) / radius + 1e-6
@@ -161,19 +168,22 @@ def _refuse_spoilt_tube(solution: RodSolution) -> None:
     raise InvalidTubeError(f"{'; '.join(spoilt)} ({way_out})")
 
 
-def _refuse_spoilt_fit(cable: Cable, fit: Any) -> None:
+def _refuse_spoilt_fit(solution: RodSolution, fit: FittedCentreline) -> None:
     """The same two conditions on the curve that is going to be built."""
-    from cablecad.self_gap import self_gap
-
-    radius = cable.section.radius
+    cable, radius = solution.cable, solution.cable.section.radius
     kappa, at = fit.greatest_curvature()
     if kappa * radius >= 1.0:
         raise InvalidTubeError(
             f"the fitted centreline bends to {1.0 / kappa:.6g} mm at s = {at:.6g} mm, not more than the cable's radius "
             f"{radius:.6g} mm; ask for a smaller tolerance or take a thinner cable"
         )
+    exact = solution.self_gap
+    if exact is None or exact > _ROOM * fit.deviation or cable.allow_contact:
+        return  # both ends of a distance are off by the deviation at most
+    from cablecad.self_gap import self_gap
+
     gap = self_gap(fit, radius)
-    if gap is not None and gap < 0.0 and not cable.allow_contact:
+    if gap is not None and gap < 0.0:
         raise InvalidTubeError(
             f"the fitted centreline overlaps itself by {-gap:.6g} mm; ask for a smaller tolerance, or set "
             "allow_contact = true"

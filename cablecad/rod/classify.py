@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from cablecad.rod.equilibria import SHARP_MODES, Equilibria
+from cablecad.rod.equilibria import SHARP_MODES, Equilibria, sides
 from cablecad.rod.flow import Jump
 from cablecad.rod.judge import clear_verdict, nodes
 from cablecad.rod.polish import Middle
@@ -53,8 +53,7 @@ def classify(
     # Distances from the chord of the middle (minus the start, which lies at -s) and of the quarter point.
     lift = -(np.sin(frame) * probe.along[:, 0] + np.cos(frame) * probe.across[:, 0])
     quarter = np.sin(frame) * along[:, 1] + np.cos(frame) * across[:, 1]
-    size = np.maximum(np.abs(lift), np.abs(quarter))
-    side = np.where(np.abs(lift) > 1e-9 * np.maximum(size, 1e-300), np.sign(lift), np.sign(quarter)).astype(int)
+    heights = np.stack([lift, quarter], axis=-1)
     ends = probe.phase[:, 0], probe.phase[:, 2]
     # A revolution never changes the sign of its curvature.
     swings = middle.omega * np.abs(_cosine_half(middle)) >= np.abs(middle.kappa) / 2.0
@@ -82,7 +81,8 @@ def classify(
         kappa_max=kappa_max,
         winding=np.zeros(len(scene), dtype=int),
         inflections=inflections,
-        side=side,
+        heights=heights,
+        side=sides(heights),
         residual=residual,
         verdict=np.stack([clear_verdict(coarse, np.maximum(middle.omega, kappa_max / 2.0)), 0 * scene], axis=-1),
         margins=np.full((len(z), 2), np.nan),
@@ -138,9 +138,6 @@ def classify_taut(pulled: Taut, problem: Problem) -> Equilibria:
     along, across = pulled.position(np.array([0.25, 0.5, 1.0]))
     height = sine[:, None] * along + cosine[:, None] * across
     reach = cosine * along[:, 2] - sine * across[:, 2]
-    side = np.where(
-        np.abs(height[:, 1]) > 1e-9 * np.max(np.abs(height), axis=1), np.sign(height[:, 1]), np.sign(height[:, 0])
-    )
     held = np.array(problem.kind)
     theta0, theta1 = pulled.direction + pulled.a, pulled.direction + pulled.b
     missing = [np.abs(reach - (1.0 - problem.excess[pulled.scene])), np.abs(height[:, 2])]
@@ -167,7 +164,8 @@ def classify_taut(pulled: Taut, problem: Problem) -> Equilibria:
         kappa_max=np.where(beyond, 2.0 * w, np.max(np.abs(ends), axis=1)),
         winding=np.zeros(len(w), dtype=int),
         inflections=(pulled.a * pulled.b > 0.0).astype(int),
-        side=side.astype(int),
+        heights=height[:, [1, 0]],
+        side=sides(height[:, [1, 0]]),
         residual=np.max(missing, axis=0),
         verdict=np.where(np.stack([inside, outside], axis=-1) > NEUTRAL, 1, -1),
         margins=np.stack([inside, outside], axis=-1),

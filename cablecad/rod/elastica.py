@@ -23,6 +23,7 @@ import numpy as np
 
 from cablecad.centreline import Array, Frames, Placement
 from cablecad.rod.elliptic import complete_k, jacobi
+from cablecad.rod.jacobian import Jacobian
 
 
 def curvature_derivatives(kappa: Array, sine: Array, cosine: Array, force: float, order: int) -> Array:
@@ -82,26 +83,37 @@ class Inflexional:
         return math.sqrt(self.m)
 
     @cached_property
+    def _jacobian(self) -> Jacobian:
+        return Jacobian(self.m, self.m1)
+
+    @cached_property
     def _start(self) -> tuple[float, float]:
         """Jacobi's epsilon and cn at the start."""
-        at = jacobi(np.array([self.u0]), self.m, self.m1)
-        return float(at.epsilon[0]), float(at.cn[0])
+        at = jacobi(self.u0, self.m, self.m1)
+        return at.epsilon, at.cn
 
     def frames(self, s: Array) -> Frames:
         """Positions and frames at `s`, shape (n, 3) each."""
+        return self.states(s)[0]
+
+    def states(self, s: Array) -> tuple[Frames, Array]:
+        """Positions and frames at `s`, and the curvature, shape (n, 2), in the first of the two components."""
         advance = self.omega * s
-        at = jacobi(self.u0 + advance, self.m, self.m1)
+        u = self.u0 + advance
+        sn, cn, dn, swing = self._jacobian(u)
         epsilon0, cn0 = self._start
-        x = (2.0 * (at.epsilon - epsilon0) - advance) / self.omega
-        y = (-2.0 * self.k / self.omega) * (at.cn - cn0)
-        return self.placement.frames(x, y, at.dn**2 - self.m * at.sn**2, 2.0 * self.k * at.sn * at.dn)
+        epsilon = self._jacobian.mean_dn2 * u + self.m * swing
+        x = (2.0 * (epsilon - epsilon0) - advance) / self.omega
+        y = (-2.0 * self.k / self.omega) * (cn - cn0)
+        frames = self.placement.frames(x, y, dn * dn - self.m * (sn * sn), (2.0 * self.k) * sn * dn)
+        return frames, np.column_stack([(2.0 * self.k * self.omega) * cn, np.zeros_like(s)])
 
     def bishop(self, s: Array, order: int) -> Array:
         """Derivatives 0..order of the curvature, in the first of the two components."""
-        at = jacobi(self.u0 + self.omega * s, self.m, self.m1)
-        sine, cosine = 2.0 * self.k * at.sn * at.dn, at.dn**2 - self.m * at.sn**2
+        sn, cn, dn, _ = self._jacobian(self.u0 + self.omega * s)
+        sine, cosine = (2.0 * self.k) * sn * dn, dn * dn - self.m * (sn * sn)
         values = np.zeros((order + 1, len(s), 2))
-        kappa = 2.0 * self.k * self.omega * at.cn
+        kappa = (2.0 * self.k * self.omega) * cn
         values[:, :, 0] = curvature_derivatives(kappa, sine, cosine, self.force, order)
         return values
 

@@ -5,24 +5,12 @@ all the information is in m1, and 1 - m would lose it (a cable of chord/length =
 alone, broadcast as numpy does, return floats for floats, and raise `UsageError` where m or m1 is negative or their sum
 is not 1. Notation: DLMF 19.2, 22.2.
 
-One transformation does everything, the descending Gauss (Landen) transformation in arithmetic-geometric means:
-
-    a' = (a + g)/2,  g' = sqrt(a g),  c' = (a - g)/2 = c^2/(4 a'),     from a = 1, g = sqrt(m1), c = sqrt(m).
-
-The functions of parameter (c/a)^2 at the argument a u then follow from those of (c'/a')^2 at a' u. Held as
-sn : cn = s : q with one constant s and a varying q, one step is
-
-    den = q^2 + a a' s^2,   q_above = q dn,   dn_above = (q^2 + g a' s^2)/den,   Z += 2^i c' a' s q_above/den,
-
-in which nothing is ever subtracted: this is why dn keeps its relative accuracy down to its minimum sqrt(m1), where
-sqrt(m1 + m cn^2) has lost all digits, and why no switch to tanh and sech is needed (such a switch is wrong by O(1)
-beyond u = K, however small m1 is). `jacobi` starts at the bottom, where the functions are trigonometric, and climbs;
-`argument` and the incomplete integrals run the same steps downward.
+The steps of `jacobian` do everything: `jacobi` climbs them, `argument` and the incomplete integrals run them downward.
 
 Limits of the method: an integral of the amplitude is ill-conditioned near phi = pi/2 when m1 is small, since
 dF/dphi = 1/sqrt(cos^2 + m1 sin^2) grows to 1/sqrt(m1). Work in the argument u (`jacobi`, `argument`), not in phi.
 
-Source: Bulirsch, Numer. Math. 7 (1965) 78-90 (the steps for sn, cn, dn, and `cel2`); DLMF 19.8(ii), 19.8(iii), 22.7(i).
+Source: Bulirsch, Numer. Math. 7 (1965) 78-90; DLMF 19.8(ii), 19.8(iii), 22.7(i).
 """
 
 from __future__ import annotations
@@ -35,15 +23,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablecad.errors import UsageError
+from cablecad.rod.jacobian import Jacobian, cel2, descend, functions_of
 
 Array: TypeAlias = NDArray[np.float64]
 Floats: TypeAlias = "float | Array"
 T = TypeVar("T", float, Array)
 
 _TWO_PI = 2.0 * math.pi
-
-# Dropping a modulus c/a scales u by 1 - (c/a)^2/4 and changes dn by at most (c/a)^2/2: half a unit of rounding here.
-_NEGLIGIBLE = 2.2e-16
 
 # m + m1 = 1 holds to rounding in any sane call; a modulus passed for a parameter misses it by far more than this.
 _SUM_TOLERANCE = 1e-9
@@ -65,29 +51,6 @@ class Jacobi(NamedTuple, Generic[T]):
     dn: T
     am: T
     epsilon: T
-
-
-class _Functions(NamedTuple):
-    """The elementary functions of one kind of number: on floats `math` is ten times faster than numpy."""
-
-    sqrt: Callable[..., Any]
-    sin: Callable[..., Any]
-    cos: Callable[..., Any]
-    tanh: Callable[..., Any]
-    exp: Callable[..., Any]
-    atan2: Callable[..., Any]
-    rint: Callable[..., Any]
-
-
-def _rint(x: float) -> float:
-    return x - math.remainder(x, 1.0)  # not round(): a NaN stays a NaN
-
-
-# One step of the transformation: the means a and g above it, and the mean a and half difference c below it.
-_Step: TypeAlias = tuple[Any, Any, Any, Any]
-
-_SCALAR = _Functions(math.sqrt, math.sin, math.cos, math.tanh, math.exp, math.atan2, _rint)
-_ARRAY = _Functions(np.sqrt, np.sin, np.cos, np.tanh, np.exp, np.arctan2, np.rint)
 
 
 # --- complete integrals -------------------------------------------------------------------------------------------
@@ -149,23 +112,8 @@ def complete_2e_minus_k(m: T, m1: T) -> T:
 def _complete(m: T, m1: T, a: Any, b: Any, *, limit: float) -> T:
     """Integral of (a cos^2 + b sin^2)/sqrt(cos^2 + m1 sin^2) over a quarter turn; `limit` where m1 = 0."""
     value: T
-    (value,) = _with_limit(*_parameters(m, m1), lambda _, m1: (_cel2(m1, a, b),), lambda: (limit,))
+    (value,) = _with_limit(*_parameters(m, m1), lambda _, m1: (cel2(m1, a, b),), lambda: (limit,))
     return value
-
-
-def _cel2(m1: Any, a: Any, b: Any) -> Any:
-    """The integral of `_complete` for m1 > 0 (Bulirsch's cel2); no term is subtracted while a, b >= 0."""
-    sqrt = _functions(m1).sqrt
-    g, mean, below, a = sqrt(m1), 1.0, a, a + b
-    while True:
-        b = 2.0 * (below * g + b)
-        below, last = a, mean
-        mean = mean + g
-        a = b / mean + a
-        # Convergence is quadratic: what is left out after this step is the gap's square over 16, under eps/16.
-        if not _any(abs(last - g) > 1.5e-8 * last):
-            return math.pi / 4.0 * a / mean
-        g = 2.0 * sqrt(g * last)
 
 
 # --- functions of the argument ------------------------------------------------------------------------------------
@@ -196,57 +144,26 @@ def jacobi(u: Floats, m: Floats, m1: Floats) -> Jacobi[Any]:
     tests/experiments/elliptic_rounding.py, as are the figures of the functions below.
     """
     m, m1, u = *_parameters(m, m1), _floats(u)
-    return Jacobi(*_with_limit(m, m1, lambda m, m1: _climb(u, m, m1), lambda: _jacobi_limit(u)))
+    return Jacobi(*_with_limit(m, m1, lambda m, m1: _regular(u, m, m1), lambda: _jacobi_limit(u)))
 
 
-def _climb(u: Any, m: Any, m1: Any) -> tuple[Any, ...]:
-    """`jacobi` for m1 > 0: trigonometric functions at the bottom, then up the steps."""
-    steps, bottom = _descend(m, m1)
-    x = bottom * u
-    f = _functions(x)
-    s = f.sin(x)
-    q = bottom * f.cos(x)
-    s2 = s * s
-    dn = x * 0.0 + 1.0
-    zeta = x * 0.0
-    for i, (a_above, g_above, a, c) in reversed(list(enumerate(steps, start=1))):
-        above = q * q
-        below = s2 * (a_above * a)
-        below += above
-        above += s2 * (g_above * a)
-        q *= dn
-        term = q / below
-        term *= 2.0**i * c * a
-        zeta += term
-        above /= below
-        dn = above
+def _regular(u: Any, m: Any, m1: Any) -> tuple[Any, ...]:
+    """`jacobi` for m1 > 0."""
+    parameter = Jacobian(m, m1)
+    s, q, dn, swing, x = parameter.climb(u)
+    f = functions_of(x)
     angle = f.atan2(s, q)
     am = angle + _TWO_PI * f.rint((x - angle) / _TWO_PI)  # am and x never differ by a quarter turn
-    zeta *= s
-    norm = f.sqrt(s2 + q * q)
-    mean_dn2 = _cel2(m1, 1.0, m1) * (2.0 / math.pi) * bottom  # E/K, K being pi/(2 bottom)
-    return s / norm, q / norm, dn, am, mean_dn2 * u + zeta
+    norm = f.sqrt(s * s + q * q)
+    return s / norm, q / norm, dn, am, parameter.mean_dn2 * u + m * swing
 
 
 def _jacobi_limit(u: Any) -> tuple[Any, ...]:
-    f = _functions(u)
+    f = functions_of(u)
     tanh = f.tanh(u)
     decay = f.exp(-abs(u))  # cosh(u) would overflow
     sech = 2.0 * decay / (1.0 + decay * decay)
     return tanh, sech, sech, f.atan2(tanh, sech), tanh
-
-
-def _descend(m: Any, m1: Any) -> tuple[list[_Step], Any]:
-    """The steps from (m, m1) > 0 down to a negligible modulus, and the last mean, which is pi/(2 K)."""
-    sqrt = _functions(m1).sqrt
-    steps: list[_Step] = []
-    a, g, c2 = 1.0, sqrt(m1), m
-    while _any(c2 > _NEGLIGIBLE * (a * a)):
-        mean = 0.5 * (a + g)
-        c = c2 / (4.0 * mean)  # not (a - g)/2, which cancels
-        steps.append((a, g, mean, c))
-        a, g, c2 = mean, sqrt(a * g), c * c
-    return steps, a
 
 
 # --- functions of the amplitude -----------------------------------------------------------------------------------
@@ -314,7 +231,7 @@ def _incomplete(phi: Any, m: Any, m1: Any) -> tuple[Any, ...]:
     """F(phi | m) and E(phi | m)."""
     m, m1 = _parameters(m, m1)
     phi = _floats(phi)
-    f = _functions(phi)
+    f = functions_of(phi)
     s, c = f.sin(phi), f.cos(phi)
 
     def limit() -> tuple[Any, Any]:
@@ -327,26 +244,26 @@ def _incomplete(phi: Any, m: Any, m1: Any) -> tuple[Any, ...]:
 
 
 def _integrals_from(s: Any, c: Any, m: Any, m1: Any, near: Any = None) -> tuple[Any, Any]:
-    """F and E of the angle with sine s and cosine c, m1 > 0: the steps of `_climb` run downward.
+    """F and E of the angle with sine s and cosine c, m1 > 0: the steps of `Jacobian.climb` run downward.
 
     Without `near` the angle is taken in (-pi, pi]; else it is the one closest to `near` [rad].
     """
-    steps, bottom = _descend(m, m1)
+    steps, bottom = descend(m, m1)
     q = c
     s2 = s * s
-    f = _functions(s2 * m1)
+    f = functions_of(s2 * m1)
     dn = f.sqrt(c * c + m1 * s2)
     zeta = 0.0
     for i, (a_above, g_above, a, half_gap) in enumerate(steps, start=1):
         # dn^2 below, from the dn above, again without a difference
         dn = f.sqrt((a_above * dn + g_above) / ((1.0 + dn) * a))
         above, q = q, q / dn
-        zeta = zeta + (2.0**i * half_gap * a) * above / (q * q + (a_above * a) * s2)
+        zeta = zeta + (2.0**i * m * half_gap * a) * above / (q * q + (a_above * a) * s2)
     angle = f.atan2(bottom * s, q)
     if near is not None:
         angle = angle + _TWO_PI * f.rint((near - angle) / _TWO_PI)
     u = angle / bottom
-    return u, _cel2(m1, 1.0, m1) * (2.0 / math.pi) * angle + zeta * s
+    return u, cel2(m1, 1.0, m1) * (2.0 / math.pi) * angle + zeta * s
 
 
 def _separatrix(s: Any, c: Any) -> Any:
@@ -363,14 +280,6 @@ def _floats(x: Any) -> Any:
     if isinstance(x, float | int) or np.ndim(x) == 0:
         return float(x)
     return np.asarray(x, dtype=np.float64)
-
-
-def _any(condition: Any) -> bool:
-    return condition if isinstance(condition, bool) else bool(np.any(condition))
-
-
-def _functions(x: Any) -> _Functions:
-    return _SCALAR if isinstance(x, float) else _ARRAY
 
 
 def _parameters(m: Any, m1: Any) -> tuple[Any, Any]:

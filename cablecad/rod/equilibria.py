@@ -41,6 +41,7 @@ class Equilibria:
         kappa_max: Greatest |curvature|.
         winding: Full turns of theta1 beyond the given end angle; 0 where an end is a pin.
         inflections: Zeros of the curvature strictly inside.
+        heights: Of the middle and of the quarter point left of the chord, shape (n, 2).
         side: +1 where the middle lies left of the chord, -1 right; where on it, that of the quarter point.
         residual: Largest unmet end condition.
         verdict: Whether each is stable in and out of the plane, shape (n, 2): 1, -1 where it is not, 0 where not yet
@@ -74,6 +75,7 @@ class Equilibria:
     kappa_max: Array
     winding: np.ndarray
     inflections: np.ndarray
+    heights: Array
     side: np.ndarray
     residual: Array
     verdict: np.ndarray
@@ -167,6 +169,14 @@ class Equilibria:
         return theta, kappa, position
 
 
+def sides(heights: Array) -> np.ndarray:
+    """Which side of the chord the middle lies on, or where it lies on the chord, the quarter point: +1, -1 or 0."""
+    size = np.maximum(np.max(np.abs(heights), axis=1), 1e-300)
+    middle, quarter = heights.T
+    side: np.ndarray = np.where(np.abs(middle) > 1e-9 * size, np.sign(middle), np.sign(quarter)).astype(int)
+    return side
+
+
 def join(*parts: Equilibria) -> Equilibria:
     """Equilibria of several searches, duplicates of the same scene dropped."""
     if not parts:
@@ -200,7 +210,9 @@ def none() -> Equilibria:
         empty[name] = np.zeros(0, dtype=int)
     for name in ("tension", "free_turns", "taut"):
         empty[name] = np.zeros(0, dtype=bool)
-    empty |= {"force": np.zeros((0, 2)), "margins": np.zeros((0, 2)), "z": np.zeros((0, SHARP_MODES + 2))}
+    for name in ("force", "heights", "margins"):
+        empty[name] = np.zeros((0, 2))
+    empty["z"] = np.zeros((0, SHARP_MODES + 2))
     empty["verdict"] = np.zeros((0, 2), dtype=int)
     empty["held"] = np.zeros((0, 2), dtype=bool)
     return Equilibria(**empty)

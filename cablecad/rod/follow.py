@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cablecad.rod.classify import classify
-from cablecad.rod.equilibria import SHARP_MODES, SMOOTH_MODES, SMOOTH_OMEGA, Equilibria, absolute
+from cablecad.rod.equilibria import SHARP_MODES, SMOOTH_MODES, SMOOTH_OMEGA, Equilibria, absolute, sides
 from cablecad.rod.midpoint import CONTRACTION, Held, Reach, State, carry, refine
 from cablecad.rod.midpoint import wrap as wrap_one
 from cablecad.rod.planar import RESIDUAL, solve_planar
@@ -143,7 +143,7 @@ def _described(
     sine, cosine = math.sin(state.compression), math.cos(state.compression)
     lift = -(sine * begin.along + cosine * begin.across)
     bow = sine * (quarter.along - begin.along) + cosine * (quarter.across - begin.across)
-    level = abs(lift) <= 1e-9 * max(abs(lift), abs(bow))
+    heights = np.array([[lift, bow]])
     p, c = state.half
     c, h = state.omega * c, state.kappa / 2.0
     peak = 2.0 * math.hypot(h, state.omega * p)
@@ -171,14 +171,14 @@ def _described(
         "a": 0.0,
         "b": 0.0,
     }
-    side = math.copysign(1.0, bow if level else lift) if bow or lift else 0.0
     return Equilibria(
         scene=last.scene,
         tension=last.tension,
         force=np.array([[size * math.cos(direction), size * math.sin(direction)]]),
         winding=np.array([round((theta1 - target.end_angle) / _TURN) if all(held) else 0]),
         inflections=np.array([_zeros(begin.phase, finish.phase, math.pi / 2.0) if swings else 0]),
-        side=np.array([int(side)]),
+        heights=heights,
+        side=sides(heights),
         verdict=np.zeros((1, 2), dtype=int),
         margins=np.full((1, 2), np.nan),
         free_turns=np.zeros(1, dtype=bool),

@@ -14,8 +14,9 @@ from typing import Any, Literal
 
 import numpy as np
 
+from cablecad.rod.course import Course
 from cablecad.rod.equilibria import SHARP_MODES, SMOOTH_MODES, SMOOTH_OMEGA, Equilibria
-from cablecad.rod.midpoint import State, along
+from cablecad.rod.midpoint import State
 from cablecad.rod.ritz import ritz
 from cablecad.rod.stability import NEUTRAL, forms_at_nodes
 from cablecad.rod.steady import is_steady
@@ -98,7 +99,7 @@ def _one_is_steady(row: Equilibria) -> tuple[bool, bool]:
     x, y = row.force[0].tolist()
     return is_steady(
         space,
-        *along(state, space.s - 0.5),
+        *Course(state).tangent(space.s - 0.5),
         (x, y),
         (row.theta0.item(), row.theta1.item()),
         (size * math.cos(frame), size * math.sin(frame)),
@@ -188,7 +189,8 @@ def discretise(found: Equilibria) -> Array:
                 modes = SMOOTH_MODES if smooth else SHARP_MODES
                 s, weighted = _projection(modes)
                 if len(some) == 1 and not some.taut[0]:
-                    kappa = along(State(*(getattr(some, name).item() for name in State._fields)), s - 0.5)[2][None]
+                    state = State(*(getattr(some, name).item() for name in State._fields))
+                    kappa = Course(state).at(s - 0.5).kappa[None]
                 else:
                     kappa = some.at(s)[1]
                 found.z[rows] = 0.0

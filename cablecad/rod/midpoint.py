@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from cablecad.rod.flow import CLOSE, doublings
-from cablecad.rod.trial import Array
+from cablecad.rod.jacobian import Jacobian
 
 _TURN = 2.0 * math.pi
 
@@ -73,111 +72,54 @@ class Reach(NamedTuple):
     phase: float
 
 
-class _Means(NamedTuple):
-    """Arithmetic-geometric means of one parameter: the steps (c, g, c/m) down, the last mean, sum 2^(i-1) c_i^2/m."""
+class Swing:
+    """What all points of one elastica have in common: its constants, and Jacobi's functions of its parameter.
 
-    steps: list[tuple[float, float, float]]
-    mean: float
-    lag: float
+    Attributes:
+        p, c: sin and cos of half the angle from the compression at mid-span.
+        h: Half the curvature there.
+        omega: sqrt(|n|).
+        swings: Whether the branch is the inflexional one.
+        rate: omega for a swing, else sqrt(h^2 + omega^2 p^2): the elliptic argument is rate s.
+        m: Parameter.
+        jacobian: Its functions.
+    """
 
+    __slots__ = ("c", "h", "jacobian", "m", "omega", "p", "rate", "swings")
 
-def _means(m: float, m1: float) -> _Means:
-    """The descent of `flow._landen`."""
-    a, g = 1.0, math.sqrt(m1)
-    ratio = 1.0 / (2.0 * (1.0 + g))
-    steps = []
-    lag, power = 0.0, 1.0
-    while True:
-        a, g = (a + g) / 2.0, math.sqrt(a * g)
-        c = m * ratio
-        lag += power * c * ratio
-        steps.append((c, g, ratio))
-        power *= 2.0
-        if c <= 1e-16 or len(steps) == 14:
-            return _Means(steps, a, lag)
-        ratio *= c / (2.0 * (a + g))
+    def __init__(self, state: State) -> None:
+        self.p, self.c = state.half
+        self.omega, self.h = state.omega, state.kappa / 2.0
+        o2 = self.omega * self.omega
+        w2 = self.h * self.h + o2 * self.p * self.p
+        gap = (self.omega * self.c - abs(self.h)) * (self.omega * self.c + abs(self.h))
+        self.swings = gap >= 0.0
+        # A line has rate 0, and then any scale does.
+        r2 = max(o2 if self.swings else w2, 1e-200)
+        self.rate = math.sqrt(r2)
+        self.m = (w2 if self.swings else o2) / r2
+        self.jacobian = Jacobian(self.m, max(abs(gap) / r2, 1e-100) if r2 > 1e-200 else 1.0)
 
-
-def _jacobi(u: float, m: float, m1: float) -> tuple[float, float, float, float, float, float]:
-    """sn, cn, dn, int m sn^2, int cn^2 and pi/(2 K): `flow._functions` for one argument."""
-    count = doublings(u) if m1 < CLOSE else 0
-    u = math.ldexp(u, -count)
-    means = _means(m, m1)
-    phi = math.ldexp(means.mean * u, len(means.steps))
-    swing = 0.0
-    for c, g, ratio in reversed(means.steps):
-        sine = math.sin(phi)
-        swing += ratio * sine
-        phi = (phi + math.atan2(c * sine, math.hypot(g, c * math.cos(phi)))) / 2.0
-    sn, cn = math.sin(phi), math.cos(phi)
-    dn = math.sqrt(m1 + m * cn * cn)
-    sine_square, cosine_square = m * (u * (0.5 + means.lag) - swing), u * (0.5 - means.lag) + swing
-    for _ in range(count):
-        s2, c2 = sn * sn, cn * cn
-        below = c2 * (1.0 + s2) + m1 * s2 * s2
-        sn = 2.0 * sn * cn * dn / below
-        cn, dn = (c2 * c2 - m1 * s2 * s2) / below, (c2 * c2 + m1 * s2 * (1.0 + c2)) / below
-        shift = s2 * sn
-        sine_square, cosine_square = 2.0 * sine_square + m * shift, 2.0 * cosine_square - shift
-    return sn, cn, dn, sine_square, cosine_square, means.mean
-
-
-def along(state: State, s: Array) -> tuple[Array, Array, Array]:
-    """cos and sin of the tangent's angle and the curvature at arclengths `s` from the middle, shape (k,) each."""
-    p0, c0 = state.half
-    omega, h0 = state.omega, state.kappa / 2.0
-    o2 = omega * omega
-    w2 = h0 * h0 + o2 * p0 * p0
-    gap = (omega * c0 - abs(h0)) * (omega * c0 + abs(h0))
-    swings = gap >= 0.0
-    r2 = max(o2 if swings else w2, 1e-200)
-    r = math.sqrt(r2)
-    m, m1 = (w2 if swings else o2) / r2, max(abs(gap) / r2, 1e-100) if r2 > 1e-200 else 1.0
-    means = _means(m, m1)
-    count = doublings(r * float(np.max(np.abs(s)))) if m1 < CLOSE else 0
-    phi = math.ldexp(means.mean * r, len(means.steps) - count) * s
-    for c, g, _ in reversed(means.steps):
-        sine, cosine = np.sin(phi), np.cos(phi)
-        phi = (phi + np.arctan2(c * sine, np.sqrt(g * g + (c * cosine) ** 2))) / 2.0
-    sn, cn = np.sin(phi), np.cos(phi)
-    dn = np.sqrt(m1 + m * cn * cn)
-    for _ in range(count):
-        s2, c2 = sn * sn, cn * cn
-        below = c2 * (1.0 + s2) + m1 * s2 * s2
-        sn = 2.0 * sn * cn * dn / below
-        cn, dn = (c2 * c2 - m1 * s2 * s2) / below, (c2 * c2 + m1 * s2 * (1.0 + c2)) / below
-    big_c, big_d = (cn, dn) if swings else (dn, cn)
-    big_s = sn / r
-    below = big_c * big_c + c0 * c0 * o2 * big_s * big_s
-    p = (p0 * big_c * big_d + h0 * c0 * big_s) / below
-    q = (c0 * big_d - p0 * h0 * big_s * big_c) / below
-    x, y = q * q - p * p, 2.0 * p * q
-    u, v = math.cos(state.compression), math.sin(state.compression)
-    bent = 2.0 * (h0 * big_c - o2 * p0 * c0 * big_s * big_d) / below
-    return u * x - v * y, v * x + u * y, bent
+    def base(self, u: Any, swing: Any) -> Any:
+        """int p^2 from the argument 0 to u, but for the boundary term of the addition theorem."""
+        f = self.jacobian
+        return (self.m * (f.mean_sn2 * u - swing) if self.swings else u - (f.mean_cn2 * u + swing)) / self.rate
 
 
 def carry(state: State, s: float) -> tuple[Reach, Reach]:
     """What lies at the arclengths -s and s from the middle, s > 0."""
-    p0, c0 = state.half
-    omega, h0 = state.omega, state.kappa / 2.0
+    own = Swing(state)
+    p0, c0, h0, omega, swings = own.p, own.c, own.h, own.omega, own.swings
     o2 = omega * omega
-    w2 = h0 * h0 + o2 * p0 * p0
-    gap = (omega * c0 - abs(h0)) * (omega * c0 + abs(h0))
-    swings = gap >= 0.0
-    # A line has r = 0, and then any scale does.
-    r2 = max(o2 if swings else w2, 1e-200)
-    r = math.sqrt(r2)
-    sn, cn, dn, sine_square, cosine_square, rate = _jacobi(
-        r * s, (w2 if swings else o2) / r2, max(abs(gap) / r2, 1e-100) if r2 > 1e-200 else 1.0
-    )
-    big_s = sn / r
+    u = own.rate * s
+    sn, cn, dn, zeta = own.jacobian(u)
+    big_s = sn / own.rate
     big_c, big_d = (cn, dn) if swings else (dn, cn)
-    base = (sine_square if swings else r * s - cosine_square) / r
+    base = own.base(u, zeta)
     below = big_c * big_c + c0 * c0 * o2 * big_s * big_s
     lift = big_s * big_s / (1.0 + big_c) if big_c >= 0.0 else (1.0 - big_c) / o2
     weight = c0 * c0 + p0 * p0 * big_c
-    mean = rate * r * s
+    mean = own.jacobian.rate * u
     first = math.atan2(omega * p0, h0) if swings else 0.0
     reached = []
     for sign in (-1.0, 1.0):
@@ -221,21 +163,14 @@ def unmet(state: State, given: Held) -> list[float]:
 
     What is even in the arclength drops out of the chord, in which each half has as much as the other.
     """
-    p0, c0 = state.half
-    omega, h0 = state.omega, state.kappa / 2.0
+    own = Swing(state)
+    p0, c0, h0, omega = own.p, own.c, own.h, own.omega
     o2 = omega * omega
-    w2 = h0 * h0 + o2 * p0 * p0
-    gap = (omega * c0 - abs(h0)) * (omega * c0 + abs(h0))
-    swings = gap >= 0.0
-    r2 = max(o2 if swings else w2, 1e-200)
-    r = math.sqrt(r2)
-    u = 0.5 * r
-    sn, cn, dn, sine_square, cosine_square, _ = _jacobi(
-        u, (w2 if swings else o2) / r2, max(abs(gap) / r2, 1e-100) if r2 > 1e-200 else 1.0
-    )
-    at = sn / r
-    big_c, big_d = (cn, dn) if swings else (dn, cn)
-    base = (sine_square if swings else u - cosine_square) / r
+    u = 0.5 * own.rate
+    sn, cn, dn, zeta = own.jacobian(u)
+    at = sn / own.rate
+    big_c, big_d = (cn, dn) if own.swings else (dn, cn)
+    base = own.base(u, zeta)
     below = big_c * big_c + c0 * c0 * o2 * at * at
     lift = at * at / (1.0 + big_c) if big_c >= 0.0 else (1.0 - big_c) / o2
     weight = c0 * c0 + p0 * p0 * big_c

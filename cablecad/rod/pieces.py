@@ -9,24 +9,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
 from cablecad.centreline import Array, Frames, Placement
+from cablecad.rod.course import Course, Points
 from cablecad.rod.elastica import curvature_derivatives
-from cablecad.rod.polish import Middle
+from cablecad.rod.midpoint import State
 from cablecad.rod.taut import Taut
-
-
-class _Local(NamedTuple):
-    """A shape in the frame of its compression -n, over its length: position, cos and sin of psi, curvature."""
-
-    x: Array
-    y: Array
-    cosine: Array
-    sine: Array
-    kappa: Array
 
 
 @dataclass(frozen=True)
@@ -36,7 +26,8 @@ class _Shape:
     placement: Placement
     length: float
 
-    def _local(self, s: Array) -> _Local:
+    def _points(self, s: Array) -> Points:
+        """The shape at arclengths over the length, in the frame of its compression, positions from its start."""
         raise NotImplementedError  # pragma: no cover - both pieces define it
 
     @property
@@ -50,18 +41,27 @@ class _Shape:
 
     def frames(self, s: Array) -> Frames:
         """Positions and frames at `s`, shape (n, 3) each."""
-        at = self._local(s / self.length)
-        return self.placement.frames(self.length * at.x, self.length * at.y, at.cosine, at.sine)
+        return self.states(s)[0]
+
+    def states(self, s: Array) -> tuple[Frames, Array]:
+        """Positions and frames at `s`, and the curvature, shape (n, 2), in the first of the two components."""
+        at = self._points(s / self.length)
+        frames = self.placement.frames(self.length * at.along, self.length * at.across, at.cosine, at.sine)
+        return frames, np.column_stack([at.kappa / self.length, np.zeros_like(s)])
 
     def bishop(self, s: Array, order: int) -> Array:
         """Derivatives 0..order of the curvature, in the first of the two components."""
-        at = self._local(s / self.length)
+        at = self._points(s / self.length)
         values = np.zeros((order + 1, len(s), 2))
         values[:, :, 0] = curvature_derivatives(at.kappa / self.length, at.sine, at.cosine, self.force, order)
         return values
 
     def greatest_curvature(self) -> tuple[float, float]:
         """At an end, or at a crest of |kappa|, where kappa' = 0, refined by Newton from samples."""
+        return self._greatest_curvature
+
+    @cached_property
+    def _greatest_curvature(self) -> tuple[float, float]:
         s = np.linspace(0.0, self.length, 65 + 8 * int(self._omega))
         kappa = np.abs(self.bishop(s, 0)[0, :, 0])
         i = int(np.argmax(kappa))
@@ -72,6 +72,8 @@ class _Shape:
             if abs(step) > s[1]:
                 break
             best = min(max(best + step, 0.0), self.length)
+            if abs(step) <= 1e-9 * s[1]:
+                break
         refined = float(np.abs(self.bishop(np.array([best]), 0)[0, 0, 0]))
         return (refined, best) if refined >= kappa[i] else (float(kappa[i]), float(s[i]))
 
@@ -83,30 +85,28 @@ class Elastica(_Shape):
     Attributes:
         placement: Origin at the start; e1 along the compression.
         length: [mm].
-        middle: The state of a rod of length one, arrays of shape (1,).
+        state: Of a rod of length one.
     """
 
-    middle: Middle
+    state: State
 
     @property
     def _omega(self) -> float:
-        return float(self.middle.omega[0])
+        return self.state.omega
+
+    @cached_property
+    def _course(self) -> Course:
+        return Course(self.state)
 
     @cached_property
     def _start(self) -> tuple[float, float]:
-        at = self.middle.jump(np.array([-0.5]))
-        return float(at.along[0, 0]), float(at.across[0, 0])
+        at = self._course.at(np.array([-0.5]))
+        return float(at.along[0]), float(at.across[0])
 
-    def _local(self, s: Array) -> _Local:
-        at = self.middle.jump(s - 0.5)
-        p, c = at.p[0], at.c[0]
-        return _Local(
-            at.along[0] - self._start[0],
-            at.across[0] - self._start[1],
-            c * c - p * p,
-            2.0 * p * c,
-            at.kappa[0],
-        )
+    def _points(self, s: Array) -> Points:
+        at = self._course.at(s - 0.5)
+        along, across = self._start
+        return at._replace(along=at.along - along, across=at.across - across)
 
 
 @dataclass(frozen=True)
@@ -125,10 +125,10 @@ class TautCable(_Shape):
     def _omega(self) -> float:
         return float(self.shape.omega[0])
 
-    def _local(self, s: Array) -> _Local:
+    def _points(self, s: Array) -> Points:
         along, across = self.shape.position(s)
         psi = self.shape.psi(s)[0]  # from the tension; the compression is half a turn away
-        return _Local(-along[0], -across[0], -np.cos(psi), -np.sin(psi), self.shape.curvature(s)[0])
+        return Points(-along[0], -across[0], -np.cos(psi), -np.sin(psi), self.shape.curvature(s)[0])
 
     def greatest_curvature(self) -> tuple[float, float]:
         """In a layer |kappa| = 2 omega |sin(psi/2)|: at its end, or where psi passes half a turn."""

@@ -9,9 +9,7 @@ import numpy as np
 
 from cablecad.errors import CablecadError, Mistake, SceneError, SolveError
 from cablecad.model import Cable, Toward
-from cablecad.rod.pinned import solve_pinned_cable
 from cablecad.rod.select import select_model
-from cablecad.rod.shortest import shortest_length
 from cablecad.rod.solution import RodSolution
 from cablecad.rod.straight import solve_straight
 from cablecad.rod.two_point import Search, solve_two_point
@@ -64,6 +62,8 @@ def solve_many(cables: Sequence[Cable], *, search: Search = "answer") -> list[Ro
             if selection.model == "straight":
                 results[i] = _straight(sized, selection.reason)
             elif cable.is_pinned:
+                from cablecad.rod.pinned import solve_pinned_cable  # a closed form of its own, not often asked for
+
                 results[i] = solve_pinned_cable(sized, reason=selection.reason)
             else:
                 assert length is not None  # two positions and a clamp: the length was asked for
@@ -83,6 +83,8 @@ def solve_many(cables: Sequence[Cable], *, search: Search = "answer") -> list[Ro
 def _length(cable: Cable) -> tuple[float | None, str]:
     """The length [mm], None where the data of a pinned cable leave it open; and what there is to say of it."""
     if cable.length == "shortest":
+        from cablecad.rod.shortest import shortest_length
+
         return shortest_length(cable)
     if isinstance(cable.length, int | float):
         return float(cable.length), ""

@@ -20,9 +20,9 @@ from cablecad.errors import CablecadError, SolveError
 from cablecad.model import Cable
 from cablecad.rod.equilibria import Equilibria
 from cablecad.rod.judge import RowStability
+from cablecad.rod.midpoint import State
 from cablecad.rod.pieces import Elastica, TautCable
 from cablecad.rod.planar import solve_planar
-from cablecad.rod.polish import Middle
 from cablecad.rod.solution import EndState, Equilibrium, RodSolution, Shape, choose
 from cablecad.rod.span import Span, span_of
 from cablecad.rod.taut import Taut
@@ -100,7 +100,7 @@ def _solution(
     cable: Cable, length: float, span: Span, found: Equilibria, starts: int, ratio: float | None
 ) -> RodSolution:
     listed = [equilibrium_of(cable, span, found.take(slice(i, i + 1)), ratio) for i in range(len(found))]
-    equilibria = tuple(_twins_by_bulge(listed, span))
+    equilibria = tuple(_twins_by_bulge(listed))
     index = choose(cable, equilibria)
     kinds = " and ".join("clamped" if held else "pinned" for held in (span.start_clamped, span.end_clamped))
     reason = f"the ends ({kinds}) lie in one plane: planar elastica, {starts} starts over the windings that can win"
@@ -132,7 +132,7 @@ def solution_of(
     )
 
 
-def _twins_by_bulge(listed: list[Equilibrium], span: Span) -> Iterator[Equilibrium]:
+def _twins_by_bulge(listed: list[Equilibrium]) -> Iterator[Equilibrium]:
     """Equilibria of one energy in the order of the bulge: by their middle, then by their quarter point.
 
     Their energies, equal but for rounding, are made equal, so that the list is in order of energy to the last digit.
@@ -143,7 +143,7 @@ def _twins_by_bulge(listed: list[Equilibrium], span: Span) -> Iterator[Equilibri
         while j < len(listed) and _same_energy(listed[i], listed[j]) and _alike(listed[i], listed[j]):
             j += 1
         twins = [replace(twin, energy_per_EI=listed[i].energy_per_EI) for twin in listed[i:j]]
-        yield from sorted(twins, key=lambda twin: _towards_bulge(twin, span)) if len(twins) > 1 else twins
+        yield from sorted(twins, key=_towards_bulge) if len(twins) > 1 else twins
         i = j
 
 
@@ -155,11 +155,10 @@ def _alike(one: Equilibrium, other: Equilibrium) -> bool:
     return bool(one.stability.stable_in_plane) == bool(other.stability.stable_in_plane)
 
 
-def _towards_bulge(twin: Equilibrium, span: Span) -> tuple[float, ...]:
+def _towards_bulge(twin: Equilibrium) -> tuple[float, ...]:
     """Heights of the middle and of the quarter point towards the bulge, negative; rounding counts as level."""
-    s = span.lead_out + span.length * np.array([0.5, 0.25])
-    height = (twin.centreline.position(s) - span.start) @ span.e2
-    return tuple(-np.round(height / span.length, 9))
+    assert twin.trace is not None  # the planar solver's own equilibria have one
+    return tuple(-np.round(twin.trace.row.heights[0], 9))
 
 
 def equilibrium_of(cable: Cable, span: Span, row: Equilibria, ratio: float | None) -> Equilibrium:
@@ -195,8 +194,8 @@ def _draw(span: Span, row: Equilibria) -> Shape:
         taut = Taut(np.zeros(1, dtype=int), row.direction, row.omega, row.a, row.b)
         free: Piece = TautCable(_placement(span, turned), span.length, taut)
     else:
-        middle = Middle(row.lean, row.kappa, row.direction, row.omega, row.tension)
-        free = Elastica(_placement(span, float(middle.compression[0])), span.length, middle)
+        state = State(*(getattr(row, name).item() for name in State._fields))
+        free = Elastica(_placement(span, state.compression), span.length, state)
     ends = free.frames(np.array([0.0, span.length]))
     pieces: list[Piece] = [free]
     tangents, normals = ends.tangent, ends.normal

@@ -123,11 +123,11 @@ def test_centreline_against_mpmath(angle: float) -> None:
 
 @pytest.mark.parametrize("k", [0.2, 0.342, 0.6, 0.8, 0.95, 0.999, 0.99999])
 def test_knots_are_no_more_than_needed(k: float) -> None:
-    """Far below the coarsest fits the deviation comes out near the share of the tolerance aimed at."""
+    """Far below the coarsest fits the deviation comes out near the share of the tolerance aimed at, 0.3."""
     for tolerance in (1e-6, 1e-7, 1e-8, 1e-9):
         fit = fit_centreline(arch(k, 350.0), 2.0, tolerance=tolerance)
         # With few spans the round number is more than the one computed, by up to one: ((n - 1) / n)^6.
-        assert 0.55 * ((fit.spans - 1) / fit.spans) ** 6 < fit.deviation / tolerance < 0.8
+        assert 0.22 * ((fit.spans - 1) / fit.spans) ** 6 < fit.deviation / tolerance < 0.4
 
 
 def test_coarse_tolerances_take_few_fits(fits_made: list[int]) -> None:
@@ -208,7 +208,7 @@ def test_plane_curve_stays_in_its_plane() -> None:
     (piece,) = fit_centreline(CURVES["k=.999"], 2.0, tolerance=1e-6).pieces
     assert isinstance(piece, FittedPiece)
     assert np.all(piece.poles[:, [2, 5, 6, 7]] == 0.0)
-    assert np.abs(piece.poles[:, 8] - 1.0).max() < 8 * EPS
+    assert np.all(piece.poles[:, 8] == 1.0)
 
 
 def test_straight_pieces_stay_lines() -> None:
@@ -357,5 +357,5 @@ def test_hundred_turns_of_a_helix() -> None:
     (piece,) = fit.pieces
     assert isinstance(piece, FittedPiece)
     greatest = max(float(np.linalg.norm(a - b, axis=1).max()) for a, b in side(piece, curve, 5.0, 7))
-    assert 0.5e-6 < greatest <= 1e-6
-    assert 2000 < fit.spans < 3000
+    assert 0.2e-6 < greatest <= 0.5e-6
+    assert 2300 < fit.spans < 3400

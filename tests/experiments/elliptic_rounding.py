@@ -1,9 +1,9 @@
 """Measures the accuracy the docstrings of `cablecad.rod.elliptic` promise: ``python elliptic_rounding.py``.
 
 A bound on rounding needs far more points than mpmath can give. That the steps are the right ones is what
-tests/rod/test_elliptic.py shows with mpmath; here the module is run a second time with its float type replaced by the
-80-bit long double and the two are compared at 240 000 points a row, so that what differs is rounding alone. Where long
-double is no wider than double (Windows, some ARM) there is nothing to measure.
+tests/rod/test_elliptic.py shows with mpmath; here the module and `jacobian` are run a second time with their float
+type replaced by the 80-bit long double and the two are compared at 240 000 points a row, so that what differs is
+rounding alone. Where long double is no wider than double (Windows, some ARM) there is nothing to measure.
 
 Printed: the largest error in units of eps (1 + |u|), for dn, cn and sn also relative (see `jacobi`). Measured last with
 numpy 2.4.6 on x86-64, over several seeds: jacobi 2.3, relative 4.3, F, E and argument 7.0; where m1 >= 1e-7 these are
@@ -17,7 +17,7 @@ from types import ModuleType
 
 import numpy as np
 
-from cablecad.rod import elliptic
+from cablecad.rod import elliptic, jacobian
 
 EPS = float(np.finfo(float).eps)
 SAMPLES = 20_000  # of each kind
@@ -46,22 +46,35 @@ HEADER = "m1      sn   cn   dn   am   epsilon | relative: dn   cn   sn  | F    E
 
 
 def in_long_double() -> ModuleType:
-    """The elliptic module with every double in it a long double."""
-    source = Path(elliptic.__file__).read_text(encoding="utf-8")
-    pi = 'np.longdouble("3.14159265358979323846264338327950288")'
-    for old, new in (
-        ("np.float64", "np.longdouble"),
-        ("math.pi", pi),
+    """The elliptic module, and the one it climbs with, with every double in them a long double."""
+    jacobian_wide, elliptic_wide = "jacobian_in_long_double", "elliptic_in_long_double"
+    pi = ("math.pi", 'np.longdouble("3.14159265358979323846264338327950288")')
+    _widened(
+        jacobian_wide,
+        jacobian,
         ("_NEGLIGIBLE = 2.2e-16", "_NEGLIGIBLE = np.longdouble(5e-20)"),
         ("> 1.5e-8 *", "> 1e-10 *"),
-    ):
+        pi,
+    )
+    return _widened(
+        elliptic_wide,
+        elliptic,
+        ("np.float64", "np.longdouble"),
+        ("from cablecad.rod.jacobian import", f"from {jacobian_wide} import"),
+        pi,
+    )
+
+
+def _widened(name: str, plain: ModuleType, *changes: tuple[str, str]) -> ModuleType:
+    source = Path(str(plain.__file__)).read_text(encoding="utf-8")
+    for old, new in changes:
         if old not in source:
-            message = f"the module no longer contains {old!r}: adapt this experiment"
+            message = f"{plain.__name__} no longer contains {old!r}: adapt this experiment"
             raise LookupError(message)
         source = source.replace(old, new)
-    module = ModuleType("elliptic_in_long_double")
-    sys.modules[module.__name__] = module
-    exec(compile(source, module.__name__, "exec"), module.__dict__)
+    module = ModuleType(name)
+    sys.modules[name] = module
+    exec(compile(source, name, "exec"), module.__dict__)
     return module
 
 

@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from test_flow import S, states
+from test_flow import states
 
-from cablecad.rod.flow import Jump, jump
-from cablecad.rod.midpoint import Held, State, advance, along, carry, refine, unmet
+from cablecad.rod.course import Course
+from cablecad.rod.flow import Jump
+from cablecad.rod.midpoint import Held, State, advance, carry, refine, unmet
 from cablecad.rod.planar import solve_planar
 from cablecad.rod.polish import Middle
 
@@ -30,24 +31,12 @@ def test_every_regime_is_that_of_the_arrays(psi, kappa, omega, tension):
                 assert abs(getattr(got, name) - getattr(want, name)[0, i]) < 3e-14 * scale, name
 
 
-@pytest.mark.parametrize(("psi", "kappa", "omega"), list(states()))
-def test_tangent_and_curvature_along_the_rod_are_those_of_the_flow(psi, kappa, omega):
-    state = in_floats(psi, kappa, omega, tension=False)
-    p, c = state.half
-    want = jump(np.array([p]), np.array([c]), np.array([kappa]), np.array([omega]), S)
-    theta = state.direction + state.lean + want.turn[0]
-    wanted = np.stack([np.cos(theta), np.sin(theta), want.kappa[0] / (1 + omega + abs(kappa))])
-    cosine, sine, bent = along(state, S)
-    got = np.stack([cosine, sine, bent / (1 + omega + abs(kappa))])
-    assert np.max(np.abs(got - wanted)) < 3e-14
-
-
 def test_phase_counts_inflections_and_crests():
     """A swing of 3.2 waves: kappa = 2 k omega cn(u) has its zeros where the phase passes odd quarter turns."""
     state = State(0.0, 30.0, 0.0, 20.0, False)
     begin, finish = carry(state, 0.5)
     s = np.linspace(-0.5, 0.5, 20001)
-    kappa = along(state, s)[2]
+    kappa = Course(state).at(s).kappa
     zeros = np.count_nonzero(kappa[1:] * kappa[:-1] < 0)
     assert zeros == math.ceil(finish.phase / math.pi - 0.5) - math.floor(begin.phase / math.pi - 0.5) - 1
     assert finish.phase == pytest.approx(-begin.phase, rel=1e-14)
