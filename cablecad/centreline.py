@@ -180,13 +180,20 @@ def locate(s: ArrayLike, breaks: Array, side: Side) -> tuple[Array, NDArray[np.i
     Raises:
         ValueError: An arclength outside the breaks by more than rounding, or not a number.
     """
-    at = np.atleast_1d(np.asarray(s, dtype=np.float64)).ravel()
+    at, last = _within(s, breaks), len(breaks) - 2
+    if not last:
+        return at, np.zeros(len(at), dtype=np.intp)
+    return at, np.minimum(np.maximum(np.searchsorted(breaks, at, side=side) - 1, 0), last)
+
+
+def _within(s: ArrayLike, breaks: Array) -> Array:
+    """Arclengths checked and clipped, shape (n,)."""
+    at = np.asarray(s, dtype=np.float64).ravel()
     length = float(breaks[-1])
     beyond = 1e-12 * length  # the rounding of a caller's own sums
-    if not np.all((at >= -beyond) & (at <= length + beyond)):
+    if len(at) and not (at.min() >= -beyond and at.max() <= length + beyond):  # a NaN is its array's least
         raise ValueError(f"arclengths must be within 0 and {length!r} mm; got {at.min()!r} to {at.max()!r}")
-    at = np.clip(at, 0.0, length)
-    return at, np.clip(np.searchsorted(breaks, at, side=side) - 1, 0, len(breaks) - 2)
+    return np.minimum(np.maximum(at, 0.0), length)
 
 
 class Centreline:
@@ -237,9 +244,9 @@ class Centreline:
         Raises:
             ValueError: An arclength outside 0..length, or not a number.
         """
-        at, index = locate(s, self.breaks, side)
         if len(self.pieces) == 1:
-            return self.pieces[0].frames(at)
+            return self.pieces[0].frames(_within(s, self.breaks))
+        at, index = locate(s, self.breaks, side)
         result = Frames(*(np.empty((len(at), 3)) for _ in range(4)))
         for piece, own, local in self._shares(at, index):
             for target, value in zip(result, piece.frames(local), strict=True):
@@ -248,9 +255,9 @@ class Centreline:
 
     def states(self, s: ArrayLike, side: Side = "right") -> tuple[Frames, Array]:
         """`frames`, and the curvature's components along normal and binormal, shape (n, 2) [1/mm]."""
-        at, index = locate(s, self.breaks, side)
         if len(self.pieces) == 1:
-            return self.pieces[0].states(at)
+            return self.pieces[0].states(_within(s, self.breaks))
+        at, index = locate(s, self.breaks, side)
         result, bend = Frames(*(np.empty((len(at), 3)) for _ in range(4))), np.empty((len(at), 2))
         for piece, own, local in self._shares(at, index):
             frames, bend[own] = piece.states(local)
@@ -263,7 +270,7 @@ class Centreline:
         for i, piece in enumerate(self.pieces):
             own = index == i
             if own.any():
-                yield piece, own, np.clip(at[own] - self.breaks[i], 0.0, piece.length)
+                yield piece, own, np.minimum(np.maximum(at[own] - self.breaks[i], 0.0), piece.length)
 
     def bishop(self, s: ArrayLike, order: int = 0, side: Side = "right") -> Array:
         """Derivatives 0..order with respect to arclength of the curvature's components along normal and binormal.

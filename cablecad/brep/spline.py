@@ -23,16 +23,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import BSpline, make_interp_spline
 
+from cablecad.brep.quintic import QuinticSpline, interpolate
 from cablecad.centreline import Array, Centreline, Frames, Line, Side, locate
 from cablecad.errors import GeometryError, UsageError
-
-DEGREE = 5
 
 QUINTIC_ERROR = (31.0 / 32.0 + 1.0) / 42.0 / 720.0
 """|B6(1/2) - B6(0)| / 6! = 6.5e-5, the error of a span of length one for a sixth derivative of one."""
@@ -99,14 +96,12 @@ class FittedPiece:
         return len(self.knots) - 1
 
     @cached_property
-    def _spline(self) -> BSpline:
-        full = np.concatenate([np.zeros(DEGREE), self.knots, np.ones(DEGREE)])
-        return BSpline(full, self.poles, DEGREE)
+    def _spline(self) -> QuinticSpline:
+        return QuinticSpline(self.knots, self.poles)
 
     def evaluate(self, s: Array, derivative: int = 0) -> Array:
         """The nine columns, or a derivative of them by s, shape (n, 9)."""
-        values: Array = self._spline(s / self.length, nu=derivative) / self.length**derivative
-        return values
+        return self._spline(s / self.length, derivative) / self.length**derivative
 
     def samples(self) -> Array:
         """Arclengths at `SAMPLES_A_SPAN` points a span, both ends included [mm]."""
@@ -349,13 +344,13 @@ def _interpolate(piece: Centreline, radius: float, knots: Array) -> FittedPiece:
         * length**n
         for n in (1, 3)
     )
-    conditions: Any = tuple([(1, first[i]), (3, third[i])] for i in range(2))
-    spline = make_interp_spline(knots, columns, k=DEGREE, bc_type=conditions)
+    poles = interpolate(knots, columns, (1, 3), (first[0], third[0]), (first[1], third[1])).poles
     # The binormal of a plane curve: a constant has constant poles, to the last digit.
     level = (columns == columns[0]).all(axis=0) & ~first.any(axis=0) & ~third.any(axis=0)
-    spline.c[:, level] = columns[0, level]
+    poles[:, level] = columns[0, level]
+    spline = QuinticSpline(knots, poles)
     measured = (_deviation(spline(at), piece.frames(at * length), radius) for at in _blocks(_samples(knots)))
-    return FittedPiece(length, knots, spline.c, max(measured), ends.position, ends.tangent, ends.normal)
+    return FittedPiece(length, knots, poles, max(measured), ends.position, ends.tangent, ends.normal)
 
 
 def _deviation(columns: Array, exact: Frames, radius: float) -> float:

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 from OCP.BRep import BRep_Builder
@@ -36,7 +36,6 @@ from OCP.gp import gp_Ax2, gp_Ax3, gp_Dir, gp_Dir2d, gp_Pnt, gp_Pnt2d
 from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Edge, TopoDS_Face, TopoDS_Shell, TopoDS_Solid, TopoDS_Vertex, TopoDS_Wire
-from scipy.interpolate import make_interp_spline
 
 from cablecad.brep.kernel import (
     array1_of_doubles,
@@ -48,7 +47,8 @@ from cablecad.brep.kernel import (
     occ_errors,
     silence,
 )
-from cablecad.brep.spline import DEGREE, FittedCentreline, FittedPiece
+from cablecad.brep.quintic import DEGREE, interpolate
+from cablecad.brep.spline import FittedCentreline, FittedPiece
 from cablecad.centreline import Array, Line
 from cablecad.errors import GeometryError, UsageError
 
@@ -250,8 +250,8 @@ def _circle_parameter_poles(spans: int) -> tuple[Array, Array, Array]:
     t = (1.0 + np.tan(psi / 2.0) / slope) / 2.0
     first = 0.25 / slope / math.cos(beta / 2.0) ** 2
     second = first * math.tan(beta / 2.0)
-    conditions: Any = ([(1, first), (2, -second)], [(1, first), (2, second)])
-    arc = make_interp_spline(psi, t, k=DEGREE, bc_type=conditions).c
+    ends = [[np.array([first]), np.array([sign * second])] for sign in (-1.0, 1.0)]
+    arc = interpolate(psi, t[:, None], (1, 2), *ends).poles[:, 0]
     poles = np.concatenate([(arc[0 if i == 0 else 1 :] + i) / 3.0 for i in range(3)])
     knots = np.concatenate([psi[0 if i == 0 else 1 :] + beta + 2.0 * beta * i for i in range(3)])
     multiplicities = np.ones(len(knots), dtype=int)

@@ -9,7 +9,8 @@ import pytest
 from curves import Helix, arch, chain
 from scipy.interpolate import make_interp_spline
 
-from cablecad.brep.spline import DEGREE, QUINTIC_ERROR, fit_centreline
+from cablecad.brep.quintic import DEGREE
+from cablecad.brep.spline import QUINTIC_ERROR, fit_centreline
 from cablecad.centreline import Centreline
 
 
