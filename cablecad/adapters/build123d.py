@@ -26,6 +26,10 @@ from cablecad.errors import MissingDependencyError, UsageError
 try:
     import build123d as b3d
 except ModuleNotFoundError as error:
+    if error.name != "build123d":
+        import cablecad.brep.kernel  # noqa: F401 - says what to install where Open Cascade is what is missing
+
+        raise
     raise MissingDependencyError("build123d is not installed: pip install build123d") from error
 
 from cablecad.adapters.ends import End, asked_cable, held, keep_straight, known_end, port_of_frame, seen_from

@@ -26,6 +26,10 @@ from cablecad.errors import MissingDependencyError, UsageError
 try:
     import cadquery as cq
 except ModuleNotFoundError as error:
+    if error.name != "cadquery":
+        import cablecad.brep.kernel  # noqa: F401 - says what to install where Open Cascade is what is missing
+
+        raise
     raise MissingDependencyError("CadQuery is not installed: pip install cadquery") from error
 
 from cablecad.adapters.ends import End, asked_cable, held, keep_straight, known_end, port_of_frame, seen_from

@@ -7,12 +7,17 @@ from dataclasses import dataclass, replace
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from OCP.BRep import BRep_Tool
 from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp_Explorer
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Shape, TopoDS_Solid
 
 from cablecad.adapters.ends import End, seen_from
+from cablecad.brep.kernel import subshapes
+from cablecad.brep.rounds import xyz
+from cablecad.centreline import Array
 from cablecad.errors import UsageError
 from cablecad.model import Part, Toward
 from cablecad.pipeline import Built, Solid, build_solution, write_step
@@ -78,12 +83,13 @@ class CableResults:
         Raises:
             UsageError: The shape was changed since the cable was made, so that nothing is known of it.
         """
-        if self._results is None:
+        found = self._results
+        if found is None or not all(_is_same(solid, found.built.solid.wrapped) for solid in _solids(self.wrapped)):
             raise UsageError(
                 "this shape is no longer the cable that was solved (it was cut, filleted, scaled, mirrored or read "
                 "from a file); ask the cable it was made from"
             )
-        return self._results
+        return found
 
     @property
     def cable(self) -> Any:
@@ -127,6 +133,18 @@ class CableResults:
         """Where the frame of the solution is now."""
         self.results  # noqa: B018 - says so where nothing is known
         return self._one_solid().Location()
+
+
+def _is_same(solid: TopoDS_Shape, built: TopoDS_Shape) -> bool:
+    """Whether a solid is a copy of the one that was built, wherever it is placed: by its vertices."""
+    one, other = _corners(solid), _corners(built)
+    return one.shape == other.shape and bool(np.allclose(one, other, rtol=0.0, atol=1e-9 * (1.0 + np.abs(other).max())))
+
+
+def _corners(solid: TopoDS_Shape) -> Array:
+    """The vertices in the solid's own frame, shape (n, 3) [mm]."""
+    vertices = subshapes(solid.Located(TopLoc_Location()), TopAbs_ShapeEnum.TopAbs_VERTEX)
+    return np.array([xyz(BRep_Tool.Pnt_s(TopoDS.Vertex(vertex))) for vertex in vertices])
 
 
 def _solids(shape: TopoDS_Shape) -> Iterator[TopoDS_Shape]:

@@ -288,8 +288,8 @@ def test_planes_face_out_of_the_material(make, way):
             continue
         # The middle of a plane may lie in a hole of it: a point on the face itself, just inside one of its edges.
         from OCP.BRepAdaptor import BRepAdaptor_Surface
-        from OCP.IntTools import IntTools_FClass2d
         from OCP.gp import gp_Pnt2d
+        from OCP.IntTools import IntTools_FClass2d
 
         surface = BRepAdaptor_Surface(TopoDS.Face(feature.shapes[0]))
         us = np.linspace(surface.FirstUParameter(), surface.LastUParameter(), 23)[1:-1]
