@@ -193,9 +193,10 @@ def test_rotation_and_align_come_last_and_take_the_joints_along():
     turned = Cable(*ends, diameter=4, length=120, rotation=(0, 0, 90), align=align)
     box = turned.bounding_box()
     assert pytest.approx((0.0, 0.0, 0.0), abs=5e-2) == (box.min.Y, box.center().X, box.max.Z)
-    assert pytest.approx(
-        (plain.bounding_box().size.X, plain.bounding_box().size.Y), abs=5e-2
-    ) == (box.size.Y, box.size.X)
+    assert pytest.approx((plain.bounding_box().size.X, plain.bounding_box().size.Y), abs=5e-2) == (
+        box.size.Y,
+        box.size.X,
+    )
     for label in ("start", "end"):
         frame = turned.joints[label].location
         assert b3d.Vertex(*frame.position).distance_to(turned) < 1e-6

@@ -11,7 +11,7 @@ import tomllib
 
 import numpy as np
 import pytest
-from test_scene_mistakes import PORT, ported
+from scene_text import PORT, ported
 
 from cablecad.errors import SceneError
 from cablecad.model import Cable, NamedPort, Part, PartPort, Pin, Port, Rotation, Scene

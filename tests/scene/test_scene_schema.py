@@ -7,8 +7,9 @@ import tomllib
 
 import jsonschema
 import pytest
+from scene_text import PORT, cable, part, pinned, ported
 from test_scene_load import FULL, LEAST
-from test_scene_mistakes import BAD, PORT, cable, part, pinned, ported
+from test_scene_mistakes import BAD
 
 from cablecad.errors import SceneError
 from cablecad.model import RANGES, Cable, Material, NamedPort, Part, Rotation
