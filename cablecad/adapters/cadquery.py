@@ -223,6 +223,8 @@ def add_to(assembly: cq.Assembly, *cables: CableSolid | Built, **where: Any) -> 
     """
     for one in cables:
         solid = as_solid(one) if isinstance(one, Built) else one
+        if not isinstance(solid, CableSolid):
+            raise UsageError(f"a {type(one).__name__} is no cable of cablecad: add it with assembly.add()")
         asked = solid.cable
         if asked.name in assembly.objects:
             raise UsageError(f"the assembly has a {asked.name!r} already; give the cable another name")
@@ -273,10 +275,10 @@ def _end(value: Any, key: str) -> End:
     if isinstance(value, cq.Plane):
         return Port(value.origin.toTuple(), value.zDir.toTuple())
     if isinstance(value, cq.Workplane):
-        selected = _selected(value)
-        if len(selected) != 1:
-            raise UsageError(f"the {key} is a Workplane with {len(selected)} objects selected; select one face or edge")
-        return selected[0]
+        count = len(value.objects)
+        if count > 1:
+            raise UsageError(f"the {key} is a Workplane with {count} objects selected; select one face or edge")
+        return _selected(value)[0]
     if isinstance(value, cq.Vector):
         return Pin(value.toTuple())
     if isinstance(value, cq.Shape):

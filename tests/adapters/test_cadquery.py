@@ -88,6 +88,7 @@ NO_ENDS = {
     "straight edge": (lambda plate: plate.edges(">X and >Y"), GeometryError, "is no circle"),
     "through hole's wall": (lambda plate: plate.faces("%CYLINDER"), GeometryError, "open on both sides"),
     "two faces": (lambda plate: plate.faces("|Z"), UsageError, "2 objects selected"),
+    "all edges": (lambda plate: plate.faces(">Z").edges(), UsageError, "5 objects selected"),
     "solid": (lambda plate: plate, UsageError, "select one of its faces"),
     "text": (lambda _: "top", UsageError, "which is no end of a cable"),
     "two numbers": (lambda _: (1, 2), UsageError, "which is no end of a cable"),
@@ -270,6 +271,8 @@ def test_an_assembly_keeps_name_colour_and_report(wire, plate, tmp_path):
     np.testing.assert_allclose(node.color, (0x2B / 255, 0x6C / 255, 0xB0 / 255, 0x80 / 255), atol=1e-6)
     with pytest.raises(UsageError, match="has a 'W1' already"):
         add_to(loom, wire)
+    with pytest.raises(UsageError, match="is no cable of cablecad"):
+        add_to(loom, plate.val())
 
 
 def test_a_scene_as_an_assembly(tmp_path):
