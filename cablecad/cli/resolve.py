@@ -34,7 +34,7 @@ def resolve(scene_path: Path, output: Path | None, as_json: bool) -> int:
     ends. Comments are not kept. Needs Open Cascade only where an end is given by near.
     """
     from cablecad.files import write_bytes
-    from cablecad.pipeline import check_output, resolve_scene
+    from cablecad.pipeline import check_output, resolve_ends
     from cablecad.scene import load_scene, resolved_text
 
     scene = load_scene(scene_path)
@@ -42,7 +42,7 @@ def resolve(scene_path: Path, output: Path | None, as_json: bool) -> int:
         check_output(scene, output, suffixes=(".json",) if as_json else (".toml", ".json"))
     to_json = as_json or (output is not None and output.suffix.lower() == ".json")
     syntax: Literal["toml", "json"] = "json" if to_json else "toml"
-    run = resolve_scene(scene)
+    run = resolve_ends(scene)
     note_all(run.remarks)
     show_errors(run.errors)
     if not run.errors:

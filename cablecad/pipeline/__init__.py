@@ -10,7 +10,7 @@ from cablecad.pipeline.scene import (
     build_scene,
     check_scene,
     make_scene,
-    resolve_scene,
+    resolve_ends,
     run_build,
     solve_scene,
 )
@@ -28,7 +28,7 @@ __all__ = [
     "check_output",
     "check_scene",
     "make_scene",
-    "resolve_scene",
+    "resolve_ends",
     "run_build",
     "solve",
     "solve_many",

@@ -78,7 +78,7 @@ def solve_scene(scene: Scene, *, search: Search = "answer", progress: Progress |
     """
     begun = time.perf_counter()
     run = SceneRun(scene)
-    resolved = _resolve_ends(run, progress)
+    resolved = _ends_resolved(run, progress)
     with timed(run.seconds, "cables"):
         results = resolved.answers(solve_many(resolved.known, search=search))
     mistakes: list[Mistake] = []
@@ -100,14 +100,14 @@ def solve_scene(scene: Scene, *, search: Search = "answer", progress: Progress |
     return run
 
 
-def resolve_scene(scene: Scene) -> SceneRun:
+def resolve_ends(scene: Scene) -> SceneRun:
     """Put numbers in place of the ends on parts, as `solve_scene` does before it solves; nothing is solved.
 
     Raises:
         SceneError: A point that does not tell which feature of its part is meant.
     """
     run = SceneRun(scene)
-    resolved = _resolve_ends(run, None)
+    resolved = _ends_resolved(run, None)
     for name, error in resolved.errors.items():
         run.errors.append(type(error)(f"cable {name}: {error}"))
     return run
@@ -196,7 +196,7 @@ def _run_scene(scene: Scene, path: Path | None, *, strict: bool, progress: Progr
     return run
 
 
-def _resolve_ends(run: SceneRun, progress: Progress | None) -> Resolved:
+def _ends_resolved(run: SceneRun, progress: Progress | None) -> Resolved:
     """Put numbers in place of the ends on parts; only ends taken from geometry need the kernel."""
     needed = parts_to_read(run.scene)
     if not needed:

@@ -15,7 +15,7 @@ from scene_text import PORT, ported
 
 from cablecad.errors import SceneError
 from cablecad.model import Cable, NamedPort, Part, PartPort, Pin, Port, Rotation, Scene
-from cablecad.pipeline import resolve_scene, solve, solve_scene
+from cablecad.pipeline import resolve_ends, solve, solve_scene
 from cablecad.scene import load_scene, parse_scene, resolved_text
 
 TURN = Rotation((1, 2, -2), 100.0)
@@ -54,7 +54,7 @@ def test_a_file_gives_parts_their_ports_and_cables_their_ends():
 @pytest.mark.parametrize("rotation", [Rotation(), TURN, Rotation((0, 0, 1), 90), Rotation((0, -3, 0), 450)])
 def test_a_named_port_moves_with_its_part(rotation):
     part = bracket(position=(10, -20, 30), rotation=rotation)
-    run = resolve_scene(Scene(cables=(hung(PartPort("bracket", port="J1", straight=6.0)),), parts=(part,)))
+    run = resolve_ends(Scene(cables=(hung(PartPort("bracket", port="J1", straight=6.0)),), parts=(part,)))
     (cable,) = run.scene.cables
     assert isinstance(cable.start, Port)
     assert cable.start.straight == 6.0
@@ -72,7 +72,7 @@ def test_quarter_turns_are_exact():
 def test_a_scene_with_named_ports_solves_as_its_numbers_do():
     part = bracket(position=(0, 0, 0), rotation=Rotation((1, 0, 0), -math.degrees(math.asin(0.6)) + 90))
     asked = Scene(cables=(hung(PartPort("bracket", port="J1")),), parts=(part,))
-    numbers = resolve_scene(asked).scene
+    numbers = resolve_ends(asked).scene
     there, here = (solve_scene(scene).report()["cables"][0] for scene in (asked, numbers))
     assert there["message"] == here["message"]
     assert {**there, "seconds": 0} == {**here, "seconds": 0}
@@ -186,7 +186,7 @@ allow_contact = true
 def test_a_resolved_scene_loads_as_what_it_was_made_from(syntax, tmp_path):
     path = tmp_path / "loom.toml"
     path.write_text(FULL, encoding="utf-8")
-    resolved = resolve_scene(load_scene(path)).scene
+    resolved = resolve_ends(load_scene(path)).scene
     text = resolved_text(path, resolved, syntax=syntax)
     again = parse_scene(text, syntax=syntax, source=path)
     placed = [dataclasses.replace(cable) for cable in resolved.cables]
@@ -215,6 +215,6 @@ def test_a_resolved_scene_loads_as_what_it_was_made_from(syntax, tmp_path):
 def test_paths_of_parts_lead_to_the_same_files(folder, step, tmp_path):
     path = tmp_path / "loom.toml"
     path.write_text(FULL, encoding="utf-8")
-    scene = resolve_scene(load_scene(path)).scene
+    scene = resolve_ends(load_scene(path)).scene
     text = resolved_text(path, scene, folder=None if folder is None else folder.format(here=tmp_path))
     assert [part["step"] for part in tomllib.loads(text)["parts"]] == [step.format(here=tmp_path), "/stock/box.step"]
