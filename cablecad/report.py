@@ -53,6 +53,7 @@ class CableOutcome:
         fit: The fitted centreline, once made.
         check: The solid's certificate, once made.
         notes: What making the solid adds to the warnings.
+        origins: Of each end taken from a part's geometry, what it was found to be.
         seconds: Time by stage: solve, tube, check.
     """
 
@@ -62,6 +63,7 @@ class CableOutcome:
     fit: FittedCentreline | None = None
     check: SolidCheck | None = None
     notes: list[str] = field(default_factory=list)
+    origins: list[str] = field(default_factory=list)
     seconds: dict[str, float] = field(default_factory=dict)
 
     @property
@@ -101,6 +103,7 @@ def cable_report(outcome: CableOutcome, *, points: int | None = None) -> dict[st
         "result": outcome.result,
         "message": "" if outcome.error is None else str(outcome.error),
         **_solution_numbers(solution),
+        **({"reason": "; ".join([solution.reason, *outcome.origins])} if solution is not None else {}),
         "equilibria": [] if solution is None else _equilibria(solution),
         "points": [] if solution is None or points is None else solution.points(points).tolist(),
         "solid": _solid(outcome) if solution is not None else None,

@@ -9,7 +9,6 @@ that was not given reads as "=>[0:1:1:1]"; labels must not outlive their documen
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -23,9 +22,7 @@ from cablecad.brep.kernel import IndexedMap_TopoDS_Shape, Sequence_TDF_Label
 # isort: split
 from OCP.BRep import BRep_Builder
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
-from OCP.BRepGProp import BRepGProp
 from OCP.gp import gp_Trsf
-from OCP.GProp import GProp_GProps
 from OCP.Quantity import Quantity_Color, Quantity_ColorRGBA, Quantity_TypeOfColor
 from OCP.TCollection import TCollection_ExtendedString
 from OCP.TDataStd import TDataStd_Name
@@ -38,9 +35,10 @@ from OCP.TopoDS import TopoDS_Compound, TopoDS_Shape
 from OCP.XCAFApp import XCAFApp_Application
 from OCP.XCAFDoc import XCAFDoc_ColorTool, XCAFDoc_ColorType, XCAFDoc_DocumentTool, XCAFDoc_Editor
 
+from cablecad.brep.check import volume_of
 from cablecad.brep.part21 import shielded
 from cablecad.errors import GeometryError
-from cablecad.model import Part, Rotation, unit
+from cablecad.model import Part
 
 Color = tuple[float, float, float, float]
 """Red, green, blue in sRGB and opacity, each from 0 to 1."""
@@ -91,10 +89,7 @@ class Node:
     @cached_property
     def volume(self) -> float:
         """[mm^3], to about 1e-9 of itself."""
-        properties = GProp_GProps()
-        # The overload without a bound is off by up to 17 % on B-spline surfaces.
-        BRepGProp.VolumeProperties_s(self.shape, properties, 1e-6, True, False)
-        return float(properties.Mass())
+        return volume_of(self.shape)
 
     def walk(self) -> Iterator[Node]:
         """This node and all below it, parents first."""
@@ -248,7 +243,7 @@ class Document:
             for part, source in parts:
                 if id(source) not in products:
                     products[id(source)] = document._adopt(source)
-                document._place(group, products[id(source)], part.name, _location(part))
+                document._place(group, products[id(source)], part.name, part_frame(part))
         if cables:
             group = document._group(scene, "cables")
             taken = IndexedMap_TopoDS_Shape()
@@ -362,23 +357,13 @@ def _matrix(transformation: gp_Trsf) -> NDArray[np.float64]:
     return np.array([[transformation.Value(row, column) for column in range(1, 5)] for row in range(1, 4)])
 
 
-def _location(part: Part) -> TopLoc_Location:
-    rows = np.column_stack([_rotation_matrix(part.rotation), part.position])
+def part_frame(part: Part) -> TopLoc_Location:
+    """Where a part is placed in its scene."""
+    return frame_of(np.column_stack([part.rotation.rows, part.position]))
+
+
+def frame_of(placement: NDArray[np.float64]) -> TopLoc_Location:
+    """The frame of a placement, shape (3, 4) [mm]: x -> placement[:, :3] @ x + placement[:, 3]."""
     transformation = gp_Trsf()
-    transformation.SetValues(*rows.ravel().tolist())
+    transformation.SetValues(*placement.ravel().tolist())
     return TopLoc_Location(transformation)
-
-
-def _rotation_matrix(rotation: Rotation) -> NDArray[np.float64]:
-    """Rodrigues' formula; exact for quarter turns about an axis of coordinates."""
-    x, y, z = unit(rotation.axis)
-    angle = math.remainder(rotation.angle_deg, 360.0)
-    quarters = round(angle / 90.0)
-    # cos and sin of what is left beyond whole quarter turns, then turned: cos(pi/2) must be 0, not 6e-17.
-    rest = math.radians(angle - 90.0 * quarters)
-    cosine, sine = math.cos(rest), math.sin(rest)
-    for _ in range(quarters % 4):
-        cosine, sine = -sine, cosine
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    axis = np.array([x, y, z])
-    return cosine * np.eye(3) + sine * cross + (1.0 - cosine) * np.outer(axis, axis)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from cablecad.cli.session import progress_bar, scene_argument, show_errors, verbosity_options, warn_of
+from cablecad.cli.session import note_all, progress_bar, scene_argument, show_errors, verbosity_options, warn_of
 from cablecad.errors import UsageError
 
 _EXAMPLES = """\b
@@ -65,6 +65,7 @@ def build(
             run = run_build(scene, output, strict=strict, progress=progress)
         if report_path is not None:
             report_aside.write_text(to_json(run.report()), encoding="utf-8")
+    note_all(run.remarks)
     for outcome in run.outcomes:
         warn_of(outcome.cable.name, outcome.warnings)
         if not strict:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from cablecad.cli.session import progress_bar, scene_argument, show_errors, verbosity_options, warn_of
+from cablecad.cli.session import note_all, progress_bar, scene_argument, show_errors, verbosity_options, warn_of
 
 _EXAMPLES = """\b
 Example:
@@ -40,6 +40,7 @@ def check(scene_path: Path, as_json: bool) -> int:
             if outcome.fit is not None and outcome.check is not None:
                 detail = f", deviation {outcome.fit.deviation:.3g} mm of {outcome.fit.tolerance:g} mm allowed"
             click.echo(f"{outcome.cable.name}: {verdict}{detail}")
+    note_all(run.remarks)
     for outcome in run.outcomes:
         warn_of(outcome.cable.name, outcome.warnings)
     show_errors(run.errors)

@@ -10,8 +10,9 @@ from cablecad import __version__
 
 _COMMANDS = {
     "build": "Solve a scene, make its solids and write one STEP file.",
-    "solve": "Solve a scene and print what its cables are like; no solids, no Open Cascade.",
+    "solve": "Solve a scene and print what its cables are like; no solids.",
     "check": "Judge a scene as build would, every rule strictly, and write nothing.",
+    "resolve": "Print a scene with numbers in place of the ends on parts.",
     "schema": "Print the JSON Schema of a scene file.",
     "new": "Write a commented starter scene.",
 }

@@ -89,6 +89,12 @@ def warn_of(cable: str, messages: Iterable[str]) -> None:
         say(f"warning: cable {cable}: {message}")
 
 
+def note_all(remarks: Iterable[str]) -> None:
+    """What a user should know of a scene besides, a line each."""
+    for remark in remarks:
+        say(f"note: {remark}")
+
+
 def show_errors(errors: Iterable[CablecadError]) -> None:
     """Every error of a scene, a line each."""
     for error in errors:

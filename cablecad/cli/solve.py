@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cablecad.cli.session import progress_bar, say, scene_argument, show_errors, verbosity_options, warn_of
+from cablecad.cli.session import note_all, progress_bar, say, scene_argument, show_errors, verbosity_options, warn_of
 
 if TYPE_CHECKING:
     from cablecad.report import CableOutcome
@@ -39,7 +39,7 @@ Examples:
 def solve(scene_path: Path, as_json: bool, points: int | None, wide: bool) -> int:
     """Solve SCENE and print one line a cable, or the report as JSON: lengths in mm, forces in N.
 
-    Makes no solids and needs no Open Cascade.
+    Makes no solids, and needs no Open Cascade unless an end is taken from a part's geometry (near).
     """
     from cablecad.pipeline import solve_scene
     from cablecad.report import to_json
@@ -55,6 +55,7 @@ def solve(scene_path: Path, as_json: bool, points: int | None, wide: bool) -> in
     else:
         for outcome in run.outcomes:
             click.echo(_line(outcome))
+    note_all(run.remarks)
     for outcome in run.outcomes:
         warn_of(outcome.cable.name, outcome.warnings)
         warn_of(outcome.cable.name, outcome.violations)

@@ -5,7 +5,8 @@ Units: mm, N, MPa, N mm^2; degrees in names ending ``_deg``. Every object checks
 """
 
 from cablecad.model.cable import LENGTH_DATA, PINNED_DATA, Cable, EquilibriumKey, cable_mistakes
-from cablecad.model.ends import Clamp, Pin, Port, Toward
+from cablecad.model.ends import Clamp, NamedPort, PartPort, Pin, Port, Toward
+from cablecad.model.ports import end_mistakes, find_port, placed_port, port_name_mistakes
 from cablecad.model.scene import (
     LEAST_TOLERANCE,
     SHAPE_TOLERANCE,
@@ -31,7 +32,9 @@ __all__ = [
     "Clamp",
     "EquilibriumKey",
     "Material",
+    "NamedPort",
     "Part",
+    "PartPort",
     "Pin",
     "Port",
     "Range",
@@ -41,8 +44,12 @@ __all__ = [
     "Toward",
     "Vector",
     "cable_mistakes",
+    "end_mistakes",
+    "find_port",
     "material_mistakes",
     "name_mistakes",
+    "placed_port",
+    "port_name_mistakes",
     "scene_mistakes",
     "tolerance_floor",
     "tolerance_mistakes",

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from cablecad.errors import Mistake, SceneError
-from cablecad.model.ends import Clamp, Pin, Port, Toward
+from cablecad.model.ends import Clamp, PartPort, Pin, Port, Toward
 from cablecad.model.section import Material, Section
 from cablecad.model.values import (
     ANY_NUMBER,
@@ -61,8 +61,8 @@ class Cable(Checked):
     Attributes:
         name: Unique in a scene.
         diameter: [mm].
-        start: Clamp, Pin or Port at arclength 0.
-        end: Clamp, Pin, Port or Toward at arclength `length`.
+        start: Clamp, Pin, Port or PartPort at arclength 0.
+        end: Clamp, Pin, Port, PartPort or Toward at arclength `length`.
         length: [mm], or "shortest" for the least length that keeps `min_bend_radius`.
         slack: (length - chord) / chord, instead of `length`.
         chord: Distance of the ends [mm], signed along `Toward`.
@@ -80,8 +80,8 @@ class Cable(Checked):
 
     name: str
     diameter: float
-    start: Clamp | Pin | Port
-    end: Clamp | Pin | Port | Toward
+    start: Clamp | Pin | Port | PartPort
+    end: Clamp | Pin | Port | PartPort | Toward
     length: float | Literal["shortest"] | None = None
     slack: float | None = None
     chord: float | None = None
@@ -103,7 +103,7 @@ class Cable(Checked):
     def _mistakes(self) -> Iterator[Mistake]:
         yield from cable_mistakes({key: getattr(self, key) for key in self.__slots__})
 
-    def between(self, start: Clamp | Pin | Port, end: Clamp | Pin | Port, length: float) -> Cable:
+    def between(self, start: Clamp | Pin | Port | PartPort, end: Clamp | Pin | Port | PartPort, length: float) -> Cable:
         """The same cable of a given length [mm] between other ends, its other data of length left out.
 
         Only what is new is checked: the rest was when this cable was made.
@@ -126,12 +126,12 @@ class Cable(Checked):
     @property
     def start_support(self) -> Clamp | Pin:
         """What holds the start, with its axis as the way of travel."""
-        return self.start.support(at_end=False) if isinstance(self.start, Port) else self.start
+        return _support(self.start, at_end=False) if isinstance(self.start, Port | PartPort) else self.start
 
     @property
     def end_support(self) -> Clamp | Pin | Toward:
         """What holds the end, with its axis as the way of travel."""
-        return self.end.support(at_end=True) if isinstance(self.end, Port) else self.end
+        return _support(self.end, at_end=True) if isinstance(self.end, Port | PartPort) else self.end
 
     @property
     def is_pinned(self) -> bool:
@@ -152,13 +152,18 @@ def cable_mistakes(given: Mapping[str, object], unreadable: Collection[str] = ()
             yield Mistake(key, "is missing; a cable needs a name, a diameter, a start and an end")
     for key, value in known.items():
         yield from _cable_value(key, value)
+    # Whether a port of a part has an axis is known to the scene, which checks the cable again when it has looked.
+    known = {key: value for key, value in known.items() if not (isinstance(value, PartPort) and value.near is None)}
     yield from _need_mistakes(known, present)
     yield from _end_mistakes(known, present)
 
 
 _CABLE_VALUES: Mapping[str, tuple[Callable[[object], bool], str]] = {
-    "start": (lambda value: isinstance(value, Clamp | Pin | Port), "must be a Clamp, a Pin or a Port"),
-    "end": (lambda value: isinstance(value, Clamp | Pin | Port | Toward), "must be a Clamp, Pin, Port or Toward"),
+    "start": (lambda value: isinstance(value, Clamp | Pin | Port | PartPort), "must be a Clamp, Pin, Port or PartPort"),
+    "end": (
+        lambda value: isinstance(value, Clamp | Pin | Port | PartPort | Toward),
+        "must be a Clamp, Pin, Port, PartPort or Toward",
+    ),
     "material": (lambda value: isinstance(value, Material), "must be a Material"),
     "color": (
         lambda value: isinstance(value, str) and COLOR.fullmatch(value) is not None,
@@ -239,4 +244,12 @@ def _end_mistakes(known: Mapping[str, object], present: Set[str]) -> Iterator[Mi
 def _is_held(known: Mapping[str, object]) -> bool:
     """Whether an end of a cable has an axis, so that the cable is not pinned at both ends."""
     ends = (known.get("start"), known.get("end"))
-    return any(isinstance(end, Clamp) or (isinstance(end, Port) and end.outward is not None) for end in ends)
+    return any(isinstance(end, Clamp | PartPort) or (isinstance(end, Port) and end.outward is not None) for end in ends)
+
+
+def _support(end: Port | PartPort, *, at_end: bool) -> Clamp | Pin:
+    """What a port gives to an end of a cable."""
+    if isinstance(end, Port):
+        return end.support(at_end=at_end)
+    problem = f"is a port of part {end.part!r}, which only a scene knows: build or solve the cable in a Scene with it"
+    raise SceneError([Mistake("end" if at_end else "start", problem)])

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from cablecad.errors import Mistake
-from cablecad.model.values import RANGES, Checked, Vector, as_vector, number_mistakes, vector_mistakes
+from cablecad.model.values import RANGES, Checked, Vector, as_vector, number_mistakes, text_mistakes, vector_mistakes
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,3 +102,64 @@ class Toward(Checked):
 
     def _mistakes(self) -> Iterator[Mistake]:
         yield from vector_mistakes("toward", self.direction, axis=True)
+
+
+@dataclass(frozen=True, slots=True)
+class NamedPort(Checked):
+    """A port of a part, by name, in the part's own coordinates; it moves with the part.
+
+    Attributes:
+        name: Unique within the part.
+        position: [mm].
+        outward: Out of the connector, towards the free cable; of any length but zero. None makes it a pin.
+    """
+
+    name: str
+    position: Vector
+    outward: Vector | None = None
+
+    def __post_init__(self) -> None:
+        self._set(position=as_vector(self.position), outward=as_vector(self.outward))
+        super(NamedPort, self).__post_init__()
+
+    def _mistakes(self) -> Iterator[Mistake]:
+        yield from text_mistakes("name", self.name)
+        yield from vector_mistakes("position", self.position)
+        if self.outward is not None:
+            yield from vector_mistakes("outward", self.outward, axis=True)
+
+
+@dataclass(frozen=True, slots=True)
+class PartPort(Checked):
+    """An end on a part of the scene: at one of the part's named ports, or at the feature nearest to a point.
+
+    A feature is a circular edge, a cylindrical face or a plane face; its centre and its axis out of the material are
+    the port. Only a scene knows its parts, so `cablecad.solve` refuses such an end and `build_scene` takes it.
+
+    Attributes:
+        part: Name of the part.
+        port: Name of one of the part's ports.
+        near: Point in the part's own coordinates [mm], instead of `port`.
+        straight: Length of straight cable held by the connector before the free part begins [mm].
+    """
+
+    part: str
+    port: str | None = None
+    near: Vector | None = None
+    straight: float = 0.0
+
+    def __post_init__(self) -> None:
+        self._set(near=as_vector(self.near))
+        super(PartPort, self).__post_init__()
+
+    def _mistakes(self) -> Iterator[Mistake]:
+        yield from text_mistakes("part", self.part)
+        if self.port is not None and self.near is not None:
+            yield Mistake("near", "give either port or near, and not both", self.near)
+        elif self.port is not None:
+            yield from text_mistakes("port", self.port)
+        elif self.near is not None:
+            yield from vector_mistakes("near", self.near)
+        else:
+            yield Mistake("part", "says nothing of the place on it: give port or near", self.part)
+        yield from number_mistakes("straight", self.straight, RANGES["straight"])

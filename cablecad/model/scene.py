@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from os import PathLike, fspath
 from pathlib import Path
 
 from cablecad.errors import Mistake
 from cablecad.model.cable import Cable
-from cablecad.model.values import POSITIVE, Checked, Vector, as_vector, number_mistakes, text_mistakes, vector_mistakes
+from cablecad.model.ends import NamedPort
+from cablecad.model.ports import end_mistakes, port_name_mistakes
+from cablecad.model.values import (
+    POSITIVE,
+    Checked,
+    Vector,
+    as_vector,
+    number_mistakes,
+    text_mistakes,
+    unit,
+    vector_mistakes,
+)
 
 SHAPE_TOLERANCE = 1e-3
 """Default bound on the distance between a solid's side and the exact tube [mm]."""
@@ -43,6 +55,34 @@ class Rotation(Checked):
         yield from vector_mistakes("axis", self.axis, axis=True)
         yield from number_mistakes("angle_deg", self.angle_deg)
 
+    @property
+    def rows(self) -> tuple[Vector, Vector, Vector]:
+        """The rows of its matrix, by Rodrigues' formula; exact for quarter turns about an axis of coordinates."""
+        x, y, z = axis = unit(self.axis)
+        angle = math.remainder(self.angle_deg, 360.0)
+        quarters = round(angle / 90.0)
+        # cos and sin of what is left beyond whole quarter turns, then turned: cos(pi/2) must be 0, not 6e-17.
+        rest = math.radians(angle - 90.0 * quarters)
+        cosine, sine = math.cos(rest), math.sin(rest)
+        for _ in range(quarters % 4):
+            cosine, sine = -sine, cosine
+        cross = ((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0))
+
+        def row(i: int) -> Vector:
+            a, b, c = (
+                cosine * (1.0 if i == j else 0.0) + sine * cross[i][j] + (1.0 - cosine) * (axis[i] * axis[j])
+                for j in range(3)
+            )
+            return a, b, c
+
+        return row(0), row(1), row(2)
+
+    def turned(self, vector: Vector) -> Vector:
+        """`vector` after the turn."""
+        a, b, c = vector
+        x, y, z = (row[0] * a + row[1] * b + row[2] * c for row in self.rows)
+        return x, y, z
+
 
 @dataclass(frozen=True, slots=True)
 class Part(Checked):
@@ -53,12 +93,14 @@ class Part(Checked):
         step: Path of the STEP file.
         position: [mm].
         rotation: Turn about the part's origin, made before the move.
+        ports: Where cables may end on it, in its own coordinates.
     """
 
     name: str
     step: Path
     position: Vector = (0.0, 0.0, 0.0)
     rotation: Rotation = Rotation()
+    ports: tuple[NamedPort, ...] = ()
 
     def __init__(
         self,
@@ -66,12 +108,14 @@ class Part(Checked):
         step: str | PathLike[str],
         position: Vector = (0.0, 0.0, 0.0),
         rotation: Rotation | None = None,
+        ports: Iterable[NamedPort] = (),
     ) -> None:
         self._set(
             name=name,
             step=Path(fspath(step)),
             position=as_vector(position),
             rotation=rotation if rotation is not None else Rotation(),
+            ports=tuple(ports),
         )
         self.__post_init__()
 
@@ -80,6 +124,12 @@ class Part(Checked):
         if self.step == Path() or "\0" in str(self.step):
             yield Mistake("step", "must be the path of a STEP file", self.step)
         yield from vector_mistakes("position", self.position)
+        yield from port_name_mistakes([port.name for port in self.ports])
+
+    def placed(self, point: Vector) -> Vector:
+        """Where a point of the part is in the scene [mm]."""
+        x, y, z = (a + b for a, b in zip(self.rotation.turned(point), self.position, strict=True))
+        return x, y, z
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +157,10 @@ class Scene(Checked):
     def _mistakes(self) -> Iterator[Mistake]:
         cables, parts = ([thing.name for thing in things] for things in (self.cables, self.parts))
         yield from scene_mistakes(self.name, self.tolerance, cables, parts)
+        ports = {part.name: [port.name for port in part.ports] for part in self.parts}
+        for cable in self.cables:
+            for key, end in (("start", cable.start), ("end", cable.end)):
+                yield from (mistake.under(f"cables.{cable.name}.{key}") for mistake in end_mistakes(end, ports))
 
     @property
     def inputs(self) -> tuple[Path, ...]:

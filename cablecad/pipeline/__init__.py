@@ -3,8 +3,17 @@
 `cable` tells it of one cable, `scene` of all that a scene file holds, `write` puts what was built into a file.
 """
 
-from cablecad.pipeline.cable import Built, Search, Solid, build, solve, solve_many
-from cablecad.pipeline.scene import Progress, SceneRun, build_scene, check_scene, run_build, solve_scene
+from cablecad.pipeline.cable import Built, Search, Solid, build, build_solution, solve, solve_many
+from cablecad.pipeline.scene import (
+    Progress,
+    SceneRun,
+    build_scene,
+    check_scene,
+    make_scene,
+    resolve_ends,
+    run_build,
+    solve_scene,
+)
 from cablecad.pipeline.write import check_output, write_step
 
 __all__ = [
@@ -15,8 +24,11 @@ __all__ = [
     "Solid",
     "build",
     "build_scene",
+    "build_solution",
     "check_output",
     "check_scene",
+    "make_scene",
+    "resolve_ends",
     "run_build",
     "solve",
     "solve_many",

@@ -90,9 +90,28 @@ def build(
     """
     outcome = CableOutcome(cable)
     with timed(outcome.seconds, "solve"):
-        outcome.solution = solve(cable)
-    solid = make_solid(outcome, outcome.solution, tolerance, method)
-    return Built(cable, outcome.solution, Solid(solid), cable_report(outcome))
+        solution = solve(cable)
+    return build_outcome(outcome, solution, tolerance, method)
+
+
+def build_solution(solution: RodSolution, *, tolerance: float = SHAPE_TOLERANCE) -> Built:
+    """Make the solid of a cable that was solved before, as `build` does.
+
+    Raises:
+        InvalidTubeError: The tube would cut into itself.
+        GeometryError: The solid failed its check.
+        SceneError: A tolerance below what numbers can keep.
+    """
+    return build_outcome(CableOutcome(solution.cable), solution, tolerance)
+
+
+def build_outcome(
+    outcome: CableOutcome, solution: RodSolution, tolerance: float, method: Literal["direct", "pipe_shell"] = "direct"
+) -> Built:
+    """Make the solid of a solved cable; fills in the outcome as it goes, and raises as `make_solid`."""
+    outcome.solution = solution
+    solid = make_solid(outcome, solution, tolerance, method)
+    return Built(outcome.cable, solution, Solid(solid), cable_report(outcome))
 
 
 def make_solid(

@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 from cablecad.errors import CablecadError, ExchangeError, Mistake, RuleError, SceneError
 from cablecad.model import Part, Scene
-from cablecad.pipeline.cable import Search, make_solid, solve_many, timed
+from cablecad.pipeline.cable import Built, Search, build_outcome, solve_many, timed
+from cablecad.pipeline.ports import Resolved, parts_to_read, resolve_ports
 from cablecad.pipeline.write import check_output
 from cablecad.report import CableOutcome, scene_report
 
 if TYPE_CHECKING:
-    from cablecad.brep.document import CableSolid, Document
+    from cablecad.brep.document import Document
 
 EXIT_ORDER = (1, 2, 5, 3, 4)
 """Which exit code speaks for several failures at once."""
@@ -31,18 +32,24 @@ class SceneRun:
     """A scene on its way: what became of each cable and part, and all that went wrong.
 
     Attributes:
-        scene: What was asked.
+        scene: What was asked; once solved, with numbers in place of the ends on parts.
         outcomes: One a cable.
+        remarks: What the user should know that is no warning: which features of parts were taken for ends.
+        documents: The parts that were read, by name.
         solids: Number of solids of each part by name, None where it was not read.
         errors: Everything that keeps the scene from being written.
         seconds: Time by stage.
+        looked_at: Names of the parts whose files were read, or could not be.
     """
 
     scene: Scene
     outcomes: list[CableOutcome] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
+    documents: dict[str, Document] = field(default_factory=dict)
     solids: dict[str, int | None] = field(default_factory=dict)
     errors: list[CablecadError] = field(default_factory=list)
     seconds: dict[str, float] = field(default_factory=dict)
+    looked_at: set[str] = field(default_factory=set)
 
     def report(self, *, points: int | None = None) -> dict[str, Any]:
         """Report format 1."""
@@ -69,14 +76,17 @@ def solve_scene(scene: Scene, *, search: Search = "answer", progress: Progress |
     Raises:
         SceneError: Data that contradict each other, of all cables at once.
     """
+    begun = time.perf_counter()
     run = SceneRun(scene)
+    resolved = _ends_resolved(run, progress)
     with timed(run.seconds, "cables"):
-        results = solve_many(scene.cables, search=search)
+        results = resolved.answers(solve_many(resolved.known, search=search))
     mistakes: list[Mistake] = []
-    for cable, result in zip(scene.cables, results, strict=True):
+    for cable, result in zip(run.scene.cables, results, strict=True):
         _tell(progress, cable.name)
         # Solved together, the cables share the time.
         outcome = CableOutcome(cable, seconds={"solve": run.seconds["cables"] / len(results)})
+        outcome.origins += resolved.remarks.get(cable.name, [])
         run.outcomes.append(outcome)
         if isinstance(result, SceneError):
             mistakes += [mistake.under(f"cables.{cable.name}") for mistake in result.mistakes]
@@ -86,7 +96,20 @@ def solve_scene(scene: Scene, *, search: Search = "answer", progress: Progress |
             outcome.solution = result
     if mistakes:
         raise SceneError(mistakes, source=str(scene.source or ""))
-    run.seconds["total"] = run.seconds["cables"]
+    run.seconds["total"] = time.perf_counter() - begun
+    return run
+
+
+def resolve_ends(scene: Scene) -> SceneRun:
+    """Put numbers in place of the ends on parts, as `solve_scene` does before it solves; nothing is solved.
+
+    Raises:
+        SceneError: A point that does not tell which feature of its part is meant.
+    """
+    run = SceneRun(scene)
+    resolved = _ends_resolved(run, None)
+    for name, error in resolved.errors.items():
+        run.errors.append(type(error)(f"cable {name}: {error}"))
     return run
 
 
@@ -135,48 +158,93 @@ def build_scene(scene: Scene, path: str | PathLike[str], *, strict: bool = False
     return run.report()
 
 
+def make_scene(scene: Scene) -> tuple[SceneRun, list[Built]]:
+    """Solve a scene, read its parts and make every solid, writing nothing: for hosts with documents of their own.
+
+    Returns:
+        The run, its parts in `documents`, and the cables that could be built.
+
+    Raises:
+        SceneError: Data that contradict each other.
+    """
+    run = solve_scene(scene)
+    _import_kernel(run)
+    _read_parts(run, scene.parts, None)
+    return run, _make_solids(run, None)
+
+
 def _run_scene(scene: Scene, path: Path | None, *, strict: bool, progress: Progress | None) -> SceneRun:
     begun = time.perf_counter()
     run = solve_scene(scene, progress=progress)
     if scene.parts or any(outcome.solution for outcome in run.outcomes):
-        with timed(run.seconds, "import"):
-            import cablecad.brep.kernel  # noqa: F401 - most of the time of a small build; named apart in the report
-    with timed(run.seconds, "read"):
-        placed = _read_parts(run, progress)
+        _import_kernel(run)
+    _read_parts(run, scene.parts, progress)
+    placed = [(part, run.documents[part.name]) for part in scene.parts if part.name in run.documents]
+    run.solids = {part.name: document.solids for part, document in placed}
     with timed(run.seconds, "cables"):
-        solids = _make_solids(run, progress)
+        built = _make_solids(run, progress)
     if strict:
         run.errors += _broken_rules(run.outcomes)
     if path is not None and not run.errors:
         with timed(run.seconds, "write"):
+            from cablecad.brep.document import CableSolid
             from cablecad.brep.step import write_step as write_document
 
+            solids = [CableSolid(one.name, one.solid.wrapped, one.cable.color) for one in built]
             write_document(path, scene.name, placed, solids)
     run.seconds["total"] = time.perf_counter() - begun
     return run
 
 
-def _read_parts(run: SceneRun, progress: Progress | None) -> list[tuple[Part, Document]]:
-    """Read every part's file once; one that cannot be read does not hide another."""
+def _ends_resolved(run: SceneRun, progress: Progress | None) -> Resolved:
+    """Put numbers in place of the ends on parts; only ends taken from geometry need the kernel."""
+    needed = parts_to_read(run.scene)
+    if not needed:
+        resolved = resolve_ports(run.scene, {})
+        run.scene = resolved.scene
+        return resolved
+    names = ", ".join(part.name for part in needed)
+    run.remarks.append(f"ends of cables are taken from the geometry of {names}, for which Open Cascade is loaded")
+    _import_kernel(run)
+    _read_parts(run, needed, progress)
+    with timed(run.seconds, "read"):
+        resolved = resolve_ports(run.scene, run.documents)
+    run.scene = resolved.scene
+    for name, remarks in resolved.remarks.items():
+        run.remarks += [f"cable {name}: {remark}" for remark in remarks]
+    return resolved
+
+
+def _import_kernel(run: SceneRun) -> None:
+    with timed(run.seconds, "import"):
+        import cablecad.brep.kernel  # noqa: F401 - most of the time of a small build; named apart in the report
+
+
+def _read_parts(run: SceneRun, parts: Iterable[Part], progress: Progress | None) -> None:
+    """Read every file once, of parts not looked at before; one that cannot be read does not hide another."""
     by_file: dict[str, list[Part]] = {}
-    for part in run.scene.parts:
-        by_file.setdefault(os.path.realpath(part.step), []).append(part)
-    found: dict[str, tuple[Part, Document]] = {}
-    for parts in by_file.values():
-        from cablecad.brep.step import read_parts
+    for part in parts:
+        if part.name not in run.looked_at:
+            run.looked_at.add(part.name)
+            by_file.setdefault(os.path.realpath(part.step), []).append(part)
+    known = {os.path.realpath(part.step): part.name for part in run.scene.parts if part.name in run.documents}
+    with timed(run.seconds, "read"):
+        for path, same in by_file.items():
+            from cablecad.brep.step import read_parts
 
-        for part in parts:
-            _tell(progress, part.name)
-        try:
-            found |= {part.name: (part, document) for part, document in read_parts(parts)}
-        except CablecadError as error:
-            names = " and ".join(part.name for part in parts)
-            run.errors.append(ExchangeError(f"part {names}: {error}"))
-    run.solids = {part.name: document.solids for part, document in found.values()}
-    return [found[part.name] for part in run.scene.parts if part.name in found]
+            for part in same:
+                _tell(progress, part.name)
+            if path in known:
+                run.documents |= dict.fromkeys((part.name for part in same), run.documents[known[path]])
+                continue
+            try:
+                run.documents |= {part.name: document for part, document in read_parts(same)}
+            except CablecadError as error:
+                names = " and ".join(part.name for part in same)
+                run.errors.append(ExchangeError(f"part {names}: {error}"))
 
 
-def _make_solids(run: SceneRun, progress: Progress | None) -> list[CableSolid]:
+def _make_solids(run: SceneRun, progress: Progress | None) -> list[Built]:
     """Make the solid of every cable that was solved.
 
     Raises:
@@ -187,11 +255,8 @@ def _make_solids(run: SceneRun, progress: Progress | None) -> list[CableSolid]:
     for outcome in run.outcomes:
         _tell(progress, outcome.cable.name)
         if outcome.solution is not None:
-            from cablecad.brep.document import CableSolid
-
             try:
-                solid = make_solid(outcome, outcome.solution, run.scene.tolerance)
-                made.append(CableSolid(outcome.cable.name, solid, outcome.cable.color))
+                made.append(build_outcome(outcome, outcome.solution, run.scene.tolerance))
             except SceneError as error:  # a tolerance that cannot be kept
                 mistakes += error.mistakes
             except CablecadError as error:

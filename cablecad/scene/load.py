@@ -49,12 +49,27 @@ def load_scene(path: str | PathLike[str]) -> Scene:
         SceneError: All mistakes in it at once, each with its path, value and fix.
     """
     path = Path(path)
+    return parse_scene(_content(path), source=path)
+
+
+def load_data(path: str | PathLike[str]) -> dict[str, Any]:
+    """The raw data of a scene file, as `load_scene` reads them, unchecked.
+
+    Raises:
+        ExchangeError: The file cannot be read.
+        SceneError: It is no table of TOML or JSON.
+    """
+    path = Path(path)
+    data: dict[str, Any] = _cleaned(_read(_content(path), None, path), (), [])
+    return data
+
+
+def _content(path: Path) -> bytes:
     try:
-        content = path.read_bytes()
+        return path.read_bytes()
     except (OSError, ValueError) as error:  # ValueError: a null character in the path
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         raise ExchangeError(f"cannot read the scene file {str(path)!r}: {reason}; check the path") from error
-    return parse_scene(content, source=path)
 
 
 def parse_scene(text: str | bytes, *, syntax: Syntax | None = None, source: str | PathLike[str] | None = None) -> Scene:
@@ -71,13 +86,17 @@ def parse_scene(text: str | bytes, *, syntax: Syntax | None = None, source: str 
     if syntax not in (None, "toml", "json"):
         raise UsageError(f"the syntax of a scene is 'toml' or 'json', not {syntax!r}")
     source = None if source is None else Path(source)
-    try:
-        data = _parse(_decoded(text), syntax, source)
-    except _SyntaxMistakeError as error:
-        raise SceneError([Mistake("", str(error))], source=str(source or "")) from error
+    data = _read(text, syntax, source)
     found: list[tuple[Place, Mistake]] = []
     cleaned = _cleaned(data, (), found)
     return resolve_scene(cleaned, source=source, found=found)
+
+
+def _read(text: str | bytes, syntax: Syntax | None, source: Path | None) -> dict[str, Any]:
+    try:
+        return _parse(_decoded(text), syntax, source)
+    except _SyntaxMistakeError as error:
+        raise SceneError([Mistake("", str(error))], source=str(source or "")) from error
 
 
 class _SyntaxMistakeError(ValueError):

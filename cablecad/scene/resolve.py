@@ -10,7 +10,7 @@ import difflib
 import json
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Set
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -21,7 +21,9 @@ from cablecad.model import (
     Clamp,
     EquilibriumKey,
     Material,
+    NamedPort,
     Part,
+    PartPort,
     Pin,
     Port,
     Rotation,
@@ -29,16 +31,20 @@ from cablecad.model import (
     Toward,
     Vector,
     cable_mistakes,
+    end_mistakes,
     material_mistakes,
+    port_name_mistakes,
     scene_mistakes,
 )
-from cablecad.scene.schema import FORMAT, CableTable, EquilibriumTable, PartTable, StartTable, Table
+from cablecad.scene.schema import FORMAT, CableTable, EquilibriumTable, PartTable, PortTable, StartTable, Table
 from cablecad.scene.tables import Place, Tables, given, read_tables
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]{1,64}")
 
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
 _UP: Vector = (0.0, 0.0, 1.0)
+
+End = Clamp | Pin | Port | PartPort | Toward
 
 _Made = TypeVar("_Made")
 
@@ -87,6 +93,7 @@ class _Resolver:
         self.top = given(tables.scene)
         self.noted: list[tuple[Place, Mistake]] = [*found, *tables.mistakes]
         self.names = {kind: self._names(kind) for kind in ("parts", "cables")}
+        self.ports = self._port_names()
         counts = {kind: Counter(names) for kind, names in self.names.items()}
         self.clear_names: dict[Place, str] = {
             (kind, i): name
@@ -154,8 +161,42 @@ class _Resolver:
             turn = (*place, "rotation")
             self._note_missing(values["rotation"], turn, axis="write axis = [x, y, z]", angle_deg="write the angle")
             values["rotation"] = self._made(Rotation, given(values["rotation"]), turn)
+        if "ports" in values:
+            values["ports"] = self._ports(values["ports"], place)
         self._made(Part, {"name": "part", "step": "part.step", **values}, place)
         return values
+
+    def _ports(self, tables: list[PortTable], place: Place) -> list[NamedPort]:
+        """The ports of a part that have no mistakes."""
+        names = [given(table).get("name") for table in tables]
+        self.note(place, port_name_mistakes(names))
+        ports: list[NamedPort | None] = []
+        for j, table in enumerate(tables):
+            here = (*place, "ports", j)
+            if not self.tables.is_lost(*here):
+                self._note_missing(table, here, name="write the port's name", position="write position = [x, y, z]")
+                ports.append(self._made(NamedPort, {"name": f"port {j}", "position": _ORIGIN, **given(table)}, here))
+        return [port for j, port in enumerate(ports) if port is not None and port.name not in names[:j]]
+
+    def _port_names(self) -> dict[str, dict[str, NamedPort | None] | None]:
+        """By the name of each part, its ports by name; None for ports that could not be read."""
+        known: dict[str, dict[str, NamedPort | None] | None] = {}
+        for i, table in enumerate(self.top.get("parts", ())):
+            name = given(table).get("name")
+            if name is not None:
+                known[name] = self._ports_of(table, ("parts", i))
+        return known
+
+    def _ports_of(self, table: PartTable, place: Place) -> dict[str, NamedPort | None] | None:
+        """A part's ports by name, one with mistakes as None; None where it cannot be told which there are."""
+        tables = given(table).get("ports", ())
+        whole = all(given(port).get("name") is not None for port in tables)
+        if self.tables.is_lost(*place, "ports") or not whole:
+            return None
+        return {
+            given(port)["name"]: None if self.tables.lost_at(*place, "ports", j) else _port_or_none(port)
+            for j, port in enumerate(tables)
+        }
 
     def cables(self, materials: Mapping[str, Material | None]) -> list[dict[str, Any]]:
         """The values of each cable."""
@@ -166,9 +207,11 @@ class _Resolver:
 
     def _cable(self, table: CableTable, place: Place, materials: Mapping[str, Material | None]) -> dict[str, Any]:
         values, lost = given(table), self.tables.lost_at(*place)
+        ends: dict[str, End | None] = {}
         for key in ("start", "end"):
             if key in values:
-                values[key] = self._end(values[key], (*place, key))
+                ends[key] = self._end(values[key], (*place, key))
+                values[key] = self._stand_in(ends[key], (*place, key))
         if isinstance(values.get("equilibrium"), EquilibriumTable):
             values["equilibrium"] = self._made(EquilibriumKey, given(values["equilibrium"]), (*place, "equilibrium"))
         if "material" in values:
@@ -178,23 +221,34 @@ class _Resolver:
                 self.note(place, [Mistake("material", _unknown_material(name, materials), name)])
         lost |= {key for key, value in values.items() if value is None}
         self.note(place, cable_mistakes(values, lost))
-        return values
+        return {**values, **ends}
 
-    def _end(self, table: StartTable, place: Place) -> Clamp | Pin | Port | Toward | None:
+    def _stand_in(self, end: End | None, place: Place) -> End | None:
+        """For a named port of a part a pin or a clamp, whichever it is: that decides what data the cable needs."""
+        if not isinstance(end, PartPort) or end.port is None:
+            return end
+        port = (self.ports.get(end.part) or {}).get(end.port)
+        if port is None:
+            return end
+        return self._made(Port, {"position": _ORIGIN, "outward": port.outward, "straight": end.straight}, place)
+
+    def _end(self, table: StartTable, place: Place) -> End | None:
         """The support at an end, or one of its kind where it has mistakes; None where not even its kind is clear."""
         values, lost = given(table), self.tables.lost_at(*place)
         there = values.keys() | lost
         axes = [key for key in ("outward", "direction") if key in there]
         if "toward" in there:
-            others = [key for key in ("position", *axes, "straight") if key in there]
+            others = [key for key in ("position", *axes, "straight", "part", "port", "near") if key in there]
             if others:
                 problem = f"goes with no other key: leave out toward, or leave out {' and '.join(others)}"
                 self.note(place, [Mistake("toward", problem, values.get("toward", ...))])
                 return None
             return self._made(Toward, {"direction": values.get("toward", _UP)}, place) or Toward(_UP)
+        if {"part", "port", "near"} & there:
+            return self._part_port(values, there, place)
         if "position" not in there:
-            other = "; or toward = [x, y, z], pinned at both ends" if place[-1] == "end" else ""
-            self.note(place, [Mistake("position", f"is missing; write position = [x, y, z]{other}")])
+            other = ", or toward = [x, y, z], pinned at both ends" if place[-1] == "end" else ""
+            self.note(place, [Mistake("position", f"is missing; write position = [x, y, z]; or part and port{other}")])
         if len(axes) == 2:
             problem = "give either outward or direction, and not both"
             self.note(place, [Mistake("direction", problem, values.get("direction", ...))])
@@ -204,6 +258,27 @@ class _Resolver:
             return self._made(Clamp, values, place) or Clamp(_ORIGIN, _UP)
         port = self._made(Port, values, place) or Port(_ORIGIN, _UP if axes else None)
         return port if axes else Pin(port.position)
+
+    def _part_port(self, values: dict[str, Any], there: Set[str], place: Place) -> PartPort | None:
+        """An end on a part; None where it has mistakes, for its kind is then not clear."""
+        noted = len(self.noted)
+        others = [key for key in ("position", "outward", "direction") if key in there]
+        if others:
+            problem = f"goes with part, port, near and straight only: leave out {' and '.join(others)}, or part"
+            self.note(place, [Mistake("part", problem, values.get("part", ...))])
+            return None
+        if "part" not in there:
+            self.note(place, [Mistake("part", 'is missing; write part = "NAME", the part the end is on')])
+        elif not {"port", "near"} & there:
+            problem = 'says nothing of the place on it: write port = "NAME" or near = [x, y, z]'
+            self.note(place, [Mistake("part", problem, values.get("part", ...))])
+        if not {"part", "port", "near"} & (there - values.keys()) and len(self.noted) == noted:
+            end = self._made(PartPort, values, place)
+            known = {name: None if ports is None else list(ports) for name, ports in self.ports.items()}
+            if not self.tables.is_lost("parts") and None not in self.names["parts"]:
+                self.note(place, end_mistakes(end, known))
+            return end if len(self.noted) == noted else None
+        return None
 
     def _made(self, kind: type[_Made], values: Mapping[str, Any], place: Place) -> _Made | None:
         """An object of the model, or None where its values are mistaken."""
@@ -216,6 +291,14 @@ class _Resolver:
     def _note_missing(self, table: Table, place: Place, **fixes: str) -> None:
         there = given(table).keys() | self.tables.lost_at(*place)
         self.note(place, [Mistake(key, f"is missing; {fix}") for key, fix in fixes.items() if key not in there])
+
+
+def _port_or_none(table: PortTable) -> NamedPort | None:
+    """A port of a part, or None where it has mistakes; they are noted where the part is."""
+    try:
+        return NamedPort(**{"position": _ORIGIN, **given(table)})
+    except SceneError:
+        return None
 
 
 def _unknown_material(name: str, materials: Iterable[str]) -> str:

@@ -124,6 +124,24 @@ class RotationTable(Table):
     angle_deg: float = _key("Angle of the turn, right-handed about the axis [degrees].", 90.0)
 
 
+class PortTable(Table):
+    """A place on a part where cables end, in the part's own coordinates: it moves with the part.
+
+    A clamp where it has an axis (outward), else a pin.
+    """
+
+    model_config = ConfigDict(title="Port of a part", json_schema_extra={"required": ["name", "position"]})
+
+    name: str = _key("Name, unique within the part.", "J1", _NAME)
+    position: Vector = _key("Where the cable ends, in the part's own coordinates [mm].", [0, 0, 12.5])
+    outward: Vector = _key(
+        "Axis out of the part, towards the free cable, in the part's own coordinates; any length but zero "
+        "(dimensionless).",
+        [0, 0, 1],
+        _AXIS,
+    )
+
+
 class PartTable(Table):
     """A rigid part read from a STEP file; its point x goes to rotation * x + position."""
 
@@ -134,6 +152,10 @@ class PartTable(Table):
     position: Vector = _key("Where the part's origin goes [mm].", [0, 0, 0], default=[0.0, 0.0, 0.0])
     rotation: RotationTable = _key(
         "Turn about the part's origin (angle in degrees).", {"axis": [0, 0, 1], "angle_deg": 90.0}
+    )
+    ports: list[PortTable] = _key(
+        "Named places on the part where cables end, in its own coordinates [mm].",
+        [{"name": "J1", "position": [0, 0, 12.5], "outward": [0, 0, 1]}],
     )
 
 
@@ -151,17 +173,39 @@ _STRAIGHT_NEEDS_AXIS: JsonDict = {
 }
 
 
-class StartTable(Table):
-    """The start of a cable: a clamp where it has an axis (outward or direction), else a pin."""
+_PLACES = ("position", "outward", "direction")
+_ON_PART: JsonDict = {
+    "required": ["part"],
+    "oneOf": [{"required": ["port"]}, {"required": ["near"]}],
+    "not": {"anyOf": [{"required": [key]} for key in (*_PLACES, "toward")]},
+}
+"""An end on a part: at a named port of it, or at the feature of its geometry that is nearest to a point."""
 
-    model_config = ConfigDict(
-        title="Start", json_schema_extra={"required": ["position"], "not": _TWO_AXES, **_STRAIGHT_NEEDS_AXIS}
-    )
+
+def _at_position(*others: str) -> JsonDict:
+    """An end given by numbers."""
+    others = ("part", "port", "near", *others)
+    forbidden = [_TWO_AXES, *({"required": [key]} for key in others)]
+    return {"required": ["position"], "not": {"anyOf": forbidden}, **_STRAIGHT_NEEDS_AXIS}
+
+
+class StartTable(Table):
+    """The start of a cable: a clamp where it has an axis (outward or direction), else a pin; or a port of a part."""
+
+    model_config = ConfigDict(title="Start", json_schema_extra={"oneOf": [_at_position(), _ON_PART]})
 
     position: Vector = _key(_POSITION, [0, 0, 0])
     outward: Vector = _key(_OUTWARD, [0, 0, 1], _AXIS)
     direction: Vector = _key(_DIRECTION, [0, 0, 1], _AXIS)
     straight: float = _key(_STRAIGHT, 15.0, _keywords("straight"), default=0.0)
+    part: str = _key("Name of the part the end is on, instead of position; with port or near.", "plate", _NAME)
+    port: str = _key("Name of one of that part's ports.", "J1", _NAME)
+    near: Vector = _key(
+        "Instead of port: a point in that part's own coordinates. The end is at the circular edge, cylindrical face or "
+        "plane face nearest to it: at its centre, with its axis out of the material. The distance to a feature is that "
+        "to it or to its centre, whichever is less; an edge comes before the faces it bounds [mm].",
+        [0, 0, 12.5],
+    )
 
 
 class EndTable(StartTable):
@@ -170,14 +214,7 @@ class EndTable(StartTable):
     model_config = ConfigDict(
         title="End",
         json_schema_extra={
-            "oneOf": [
-                {
-                    "required": ["position"],
-                    "not": {"anyOf": [_TWO_AXES, {"required": ["toward"]}]},
-                    **_STRAIGHT_NEEDS_AXIS,
-                },
-                {"required": ["toward"], "maxProperties": 1},
-            ]
+            "oneOf": [_at_position("toward"), _ON_PART, {"required": ["toward"], "maxProperties": 1}],
         },
     )
 

@@ -32,6 +32,11 @@ poissons_ratio = 0.25                   # gives the torsional stiffness
 #step = "parts/plate.step"              # relative to this file
 #position = [0.0, 0.0, 0.0]             # mm: a point x of the part goes to rotation * x + position
 #rotation = { axis = [0, 0, 1], angle_deg = 90.0 }
+# Places on it where cables end, in the part's own coordinates: they move with it.
+#[[parts.ports]]
+#name = "J1"                            # unique within the part
+#position = [0.0, 0.0, 12.5]            # mm
+#outward = [0, 0, 1]                    # out of the part; without it the cable is pinned there
 
 # One header for each cable. This one is pinned: its ends hold their positions and are free to turn.
 [[cables]]
@@ -59,6 +64,12 @@ min_bend_radius = 20.0                  # mm: a rule to check, never an input of
 # travel from start to end). Its straight is the length in mm that the connector holds straight, part of the length.
 #start = { position = [0, 0, 0], outward = [0, 0, 1] }
 #end = { position = [0, 120, 0], direction = [0, 0, -1], straight = 15.0 }
+
+# An end on a part, which moves with it: at one of its ports, or at the circular edge, cylindrical or plane face that is
+# nearest to a point in the part's own coordinates (mm): at its centre, with its axis out of the material.
+# `cablecad resolve FILE` prints what becomes of it.
+# start = { part = "plate", port = "J1" }
+# end = { part = "plate", near = [0.0, 0.0, 12.5], straight = 15.0 }
 
 # Two pinned ends of which only the line is known: two of the data above then give the distance, or chord (mm) itself.
 #end = { toward = [1, 0, 0] }

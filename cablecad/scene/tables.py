@@ -25,6 +25,7 @@ from cablecad.scene.schema import (
     EquilibriumTable,
     MaterialTable,
     PartTable,
+    PortTable,
     RotationTable,
     SceneTable,
     StartTable,
@@ -42,6 +43,7 @@ _HOMES: dict[type[Table], str] = {
     ToleranceTable: "[tolerance]",
     MaterialTable: "[materials.NAME]",
     PartTable: "[[parts]]",
+    PortTable: "[[parts.ports]]",
     RotationTable: "rotation",
     CableTable: "[[cables]]",
     StartTable: "start",
@@ -165,8 +167,8 @@ def _table_in(annotation: object) -> type[Table] | None:
 
 
 def _cut(place: Place) -> Place:
-    """What to take out for a mistake at `place`: a vector whole, but only the one of several cables."""
-    if len(place) == 2 and place[0] in _LISTS:
+    """What to take out for a mistake at `place`: a vector whole, but only the one of several cables or ports."""
+    if (len(place) == 2 and place[0] in _LISTS) or (len(place) == 4 and place[2] == "ports"):
         return place
     while isinstance(place[-1], int):
         place = place[:-1]
@@ -194,6 +196,8 @@ def _mistake(entry: ErrorDetails, trail: list[_Step]) -> Mistake:
     problem = _WORDS.get(kind, entry["msg"])
     if kind in {"list_type", "dict_type", "model_type"} and str(here.place[0]) in _LISTS and len(here.place) <= 2:
         return Mistake("", _array_of_tables(str(here.place[0])), value)
+    if kind in {"list_type", "model_type"} and (here.place[2:] == ("ports",) or here.place[2:-1] == ("ports",)):
+        return Mistake("", _array_of_tables("parts.ports"), value)
     if kind == "float_type" and isinstance(value, str):
         problem += " without quotes or a unit"
     if here.example is not None and kind in _WORDS:

@@ -5,37 +5,11 @@ from __future__ import annotations
 import json
 
 import pytest
+from bad_ports import PORTS
+from scene_text import PVC, cable, material, part, pinned, ported
 
 from cablecad.errors import SceneError
 from cablecad.scene import parse_scene
-
-GOOD = {
-    "name": '"W1"',
-    "diameter": "4.0",
-    "length": "350.0",
-    "start": "{ position = [0, 0, 0], outward = [0, 0, 1] }",
-    "end": "{ position = [0, 120, 0], outward = [0, 0, 1] }",
-}
-PINS = {"start": "{ position = [0, 0, 0] }", "end": "{ position = [0, 120, 0] }"}
-PVC = "[materials.pvc]\nyoungs_modulus = 3890\n"
-
-
-def cable(*, head: str = "", **keys: str | None) -> str:
-    """A scene of one good cable, some of its keys changed, added, or left out (None)."""
-    lines = [f"{key} = {value}" for key, value in {**GOOD, **keys}.items() if value is not None]
-    return f"format = 1\n{head}\n[[cables]]\n" + "\n".join(lines) + "\n"
-
-
-def pinned(*, head: str = "", **keys: str | None) -> str:
-    return cable(head=head, **{**PINS, **keys})
-
-
-def part(text: str) -> str:
-    return f"format = 1\n[[parts]]\n{text}\n"
-
-
-def material(text: str) -> str:
-    return cable(head=f"[materials.pvc]\n{text}\n", material='"pvc"')
 
 
 def mistakes_of(text: str) -> dict[str, list[str]]:
@@ -162,12 +136,12 @@ KEYS = {
         {"cable": "unknown key 'cable'; did you mean 'cables'?"},
     ),
     "of a later version": (
-        part('name = "plate"\nstep = "plate.step"\nports = []'),
-        {"parts.plate.ports": "unknown key 'ports'; known: name, step, position, rotation"},
+        part('name = "plate"\nstep = "plate.step"\ndensity = 1.2'),
+        {"parts.plate.density": "unknown key 'density'; known: name, step, position, rotation, ports"},
     ),
-    "an end at a part, of a later version": (
-        cable(start='{ position = [0, 0, 0], outward = [0, 0, 1], part = "plate", near = [0, 0, 0] }'),
-        {"cables.W1.start.part": "unknown key 'part'; known: position", "cables.W1.start.near": "unknown key 'near'"},
+    "of a port": (
+        ported('name = "J1"\nposition = [0, 0, 0]\ndirection = [0, 0, 1]'),
+        {"parts.plate.ports[0].direction": "unknown key 'direction'; known: name, position, outward (direction is a"},
     ),
     "of a material": (
         material("youngs_modulus = 3890\ndensity = 1.3"),
@@ -429,6 +403,7 @@ BAD = {
     for group, rows in {
         "type": TYPES,
         "key": KEYS,
+        "port": PORTS,
         "missing": MISSING,
         "value": VALUES,
         "together": TOGETHER,

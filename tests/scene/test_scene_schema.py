@@ -7,11 +7,12 @@ import tomllib
 
 import jsonschema
 import pytest
+from scene_text import PORT, cable, part, pinned, ported
 from test_scene_load import FULL, LEAST
-from test_scene_mistakes import BAD, cable, part, pinned
+from test_scene_mistakes import BAD
 
 from cablecad.errors import SceneError
-from cablecad.model import RANGES, Cable, Material, Part, Rotation
+from cablecad.model import RANGES, Cable, Material, NamedPort, Part, Rotation
 from cablecad.scene import parse_scene, scene_schema
 from cablecad.scene.starter import starter_scene
 
@@ -21,6 +22,15 @@ KEYS = [(table, key) for table, schema in TABLES.items() for key in schema["prop
 
 # What no schema can say: what ties one place of a file to another, and the numbers JSON cannot hold or tell apart.
 BEYOND = {
+    "port: a part that is not there",
+    "port: a part without ports",
+    "port: a port that is not there",
+    "port: data of a pinned cable on a feature",
+    "port: data of a pinned cable on a port with an axis",
+    "port: length and slack on a port with an axis",
+    "port: no parts at all",
+    "port: one name for two ports",
+    "port: straight at a port without an axis",
     "together: unknown material",
     "together: unknown material, nothing near",
     "together: no materials",
@@ -79,12 +89,14 @@ def test_every_key_is_described_with_its_unit_and_an_example(table, key, validat
 
 def test_keys_are_those_of_the_model():
     fields = {name: set(kind.__slots__) for name, kind in (("Cable", Cable), ("Part", Part), ("Material", Material))}
-    fields["Rotation"] = set(Rotation.__slots__)
+    fields["Rotation"], fields["Port"] = set(Rotation.__slots__), set(NamedPort.__slots__)
     for name, keys in fields.items():
         assert set(TABLES[f"{name}Table"]["properties"]) == keys
 
 
-@pytest.mark.parametrize("text", [FULL, LEAST, starter_scene(), cable(), pinned(), part("name='a'\nstep='b'")])
+@pytest.mark.parametrize(
+    "text", [FULL, LEAST, starter_scene(), cable(), pinned(), ported(PORT), part("name='a'\nstep='b'")]
+)
 def test_it_accepts_valid_scenes(text, validator):
     parse_scene(text)
     validator.validate(tomllib.loads(text))
@@ -173,3 +185,37 @@ def test_tolerance_floor_is_in_both(shape, fits, validator):
         with pytest.raises(SceneError, match=r"tolerance\.shape"):
             parse_scene(text)
     assert validator.is_valid(tomllib.loads(text)) == fits
+
+
+ON_PLATE = {"part": "plate"}
+
+
+@pytest.mark.parametrize(
+    ("end", "fits"),
+    [
+        (ON_PLATE | {"port": "J1"}, True),
+        (ON_PLATE | {"port": "J1", "straight": 5}, True),
+        (ON_PLATE | {"near": [0, 0, 0]}, True),
+        (ON_PLATE | {"near": [0, 0, 0], "straight": 5}, True),
+        (ON_PLATE | {"near": [0, 0, 0], "port": "J1"}, False),
+        (ON_PLATE, False),
+        ({"port": "J1"}, False),
+        ({"near": [0, 0, 0]}, False),
+        (ON_PLATE | {"port": "J1", "position": [0, 0, 0]}, False),
+        (ON_PLATE | {"near": [0, 0, 0], "outward": [0, 0, 1]}, False),
+        (ON_PLATE | {"port": "J1", "direction": [0, 0, 1]}, False),
+        (ON_PLATE | {"port": "J1", "toward": [0, 0, 1]}, False),
+        (END | {"part": "plate"}, False),
+        (END | {"near": [0, 0, 0]}, False),
+    ],
+)
+@pytest.mark.parametrize("place", ["start", "end"])
+def test_ends_on_parts_agree_with_the_loader(place, end, fits, validator):
+    scene = tomllib.loads(ported(PORT, start="{ position = [0, 0, 0] }"))
+    scene["cables"][0][place] = end
+    if fits:
+        parse_scene(json.dumps(scene))
+    else:
+        with pytest.raises(SceneError):
+            parse_scene(json.dumps(scene))
+    assert validator.is_valid(scene) == fits

@@ -1,0 +1,346 @@
+"""Cables in CadQuery: solids of the host, with its own operations and exporters."""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from read_back import SAMPLES, check_loom, run_sample
+
+pytest.importorskip("cadquery")
+
+import cadquery as cq
+from cadquery.occ_impl.assembly import toJSON
+
+import cablecad as cc
+from cablecad.adapters.cadquery import CableSolid, add_to, as_solid, cable, cable_from, port, to_assembly
+from cablecad.brep.step import read_tree
+from cablecad.errors import GeometryError, InfeasibleError, SceneError, UsageError
+
+UP = (0.0, 0.0, 1.0)
+VOLUME = math.pi * 4.0 * 350.0
+
+
+@pytest.fixture(scope="module")
+def plate():
+    """A plate of 40 x 40 x 8 around the origin with a hole of radius 3 through it."""
+    return cq.Workplane().box(40, 40, 8).faces(">Z").workplane().hole(6)
+
+
+@pytest.fixture(scope="module")
+def wire(plate):
+    end = port(plate.faces(">Z").edges("%CIRCLE"), cq.Location((0, 120, 0)))
+    start = plate.faces(">Z").edges("%CIRCLE")
+    return cable(start, end, diameter=4, length=350, name="W1", color="#2b6cb080", tolerance=1e-6)
+
+
+# --- ends ---------------------------------------------------------------------------------------------------------
+
+ENDS = {
+    "location": (lambda _: cq.Location((1, 2, 3), (0, 1, 0), 90), (1, 2, 3), (1, 0, 0)),
+    "plane": (lambda _: cq.Plane((1, 2, 3), normal=(0, -2, 0)), (1, 2, 3), (0, -1, 0)),
+    "top rim": (lambda plate: plate.faces(">Z").edges("%CIRCLE"), (0, 0, 4), UP),
+    "bottom rim": (lambda plate: plate.faces("<Z").edges("%CIRCLE"), (0, 0, -4), (0, 0, -1)),
+    "rim by itself in its solid": (
+        lambda plate: (plate.edges("%CIRCLE").edges("<Z").val(), plate),
+        (0, 0, -4),
+        (0, 0, -1),
+    ),
+    "face in a workplane": (lambda plate: plate.faces(">X"), (20, 0, 0), (1, 0, 0)),
+    "face": (lambda plate: plate.faces("<Y").val(), (0, -20, 0), (0, -1, 0)),
+    "workplane on a face": (lambda plate: plate.faces(">Z").workplane(), (0, 0, 4), UP),
+    "point on a workplane": (lambda _: cq.Workplane("YZ").pushPoints([(3, 4)]), (0, 3, 4), (1, 0, 0)),
+    "blind hole's wall": (
+        lambda _: cq.Workplane().box(20, 20, 20).faces(">Z").workplane().hole(4, 10).faces("%CYLINDER"),
+        (0, 0, 5),
+        UP,
+    ),
+    "vertex": (lambda _: cq.Vertex.makeVertex(1, 2, 3), (1, 2, 3), None),
+    "vector": (lambda _: cq.Vector(1, 2, 3), (1, 2, 3), None),
+    "numbers": (lambda _: (1, 2, 3), (1, 2, 3), None),
+    "an array": (lambda _: np.array([1, 2, 3]), (1, 2, 3), None),
+    "position and outward": (lambda _: ((1, 2, 3), [0, 0, 1]), (1, 2, 3), UP),
+    "port": (lambda _: cc.Port((1, 2, 3), UP), (1, 2, 3), UP),
+    "pin": (lambda _: cc.Pin((1, 2, 3)), (1, 2, 3), None),
+}
+
+
+@pytest.mark.parametrize("name", ENDS)
+def test_what_an_end_may_be(plate, name):
+    make, position, outward = ENDS[name]
+    end = port(make(plate))
+    np.testing.assert_allclose(end.position, position, atol=1e-12)
+    if outward is None:
+        assert getattr(end, "outward", None) is None
+    else:
+        np.testing.assert_allclose(end.outward, outward, atol=1e-12)
+
+
+NO_ENDS = {
+    "edge by itself": (lambda plate: plate.edges("%CIRCLE").val(), UsageError, r"\(edge, solid\)"),
+    "straight edge": (lambda plate: plate.edges(">X and >Y"), GeometryError, "is no circle"),
+    "through hole's wall": (lambda plate: plate.faces("%CYLINDER"), GeometryError, "open on both sides"),
+    "two faces": (lambda plate: plate.faces("|Z"), UsageError, "2 objects selected"),
+    "all edges": (lambda plate: plate.faces(">Z").edges(), UsageError, "5 objects selected"),
+    "solid": (lambda plate: plate, UsageError, "select one of its faces"),
+    "text": (lambda _: "top", UsageError, "which is no end of a cable"),
+    "two numbers": (lambda _: (1, 2), UsageError, "which is no end of a cable"),
+    "part of a scene": (lambda _: cc.PartPort("plate", port="J1"), UsageError, "needs a scene"),
+}
+
+
+@pytest.mark.parametrize("name", NO_ENDS)
+def test_what_no_end_may_be(plate, name):
+    make, error, words = NO_ENDS[name]
+    with pytest.raises(error, match=words):
+        port(make(plate))
+
+
+def test_straight_parts_and_other_data_reach_the_cable(plate):
+    made = cable(
+        plate.faces(">Z").edges("%CIRCLE"), cc.Port((0, 120, 4), UP, straight=7.0),
+        diameter=4, length=350, start_straight=5.0, min_bend_radius=20, bulge=cq.Vector(1, 0, 0),
+        material=cc.Material(youngs_modulus=3890.0),
+    )  # fmt: skip
+    assert (made.cable.start.straight, made.cable.end.straight) == (5.0, 7.0)
+    assert made.cable.bulge == (1.0, 0.0, 0.0)
+    assert made.report["start"]["force"] is not None
+    with pytest.raises(UsageError, match="a cable has no lenght; besides"):
+        cable((0, 0, 0), (0, 100, 0), diameter=4, lenght=120)
+    with pytest.raises(UsageError, match="needs an end with an axis"):
+        cable((0, 0, 0), (0, 100, 0), diameter=4, length=120, end_straight=5)
+    with pytest.raises(SceneError, match="diameter"):
+        cable((0, 0, 0), (0, 100, 0), diameter=-4, length=120)
+    with pytest.raises(InfeasibleError):
+        cable((0, 0, 0), (0, 100, 0), diameter=4, length=90)
+
+
+# --- a solid like any other ---------------------------------------------------------------------------------------
+
+
+def test_it_is_a_solid_of_the_host(wire):
+    assert isinstance(wire, cq.Solid)
+    assert wire.ShapeType() == "Solid"
+    assert wire.isValid()
+    assert wire.label == "W1"
+    assert wire.Volume() == pytest.approx(VOLUME, rel=1e-6)
+    assert len(wire.Faces()) == 3
+
+
+def test_the_hosts_operations(wire, plate):
+    box = wire.BoundingBox()
+    highest = wire.solution.points(2001)[:, 2].max()
+    assert box.zmax == pytest.approx(highest + 2.0, abs=1e-2)
+    half = wire.cut(cq.Solid.makeBox(200, 400, 400, cq.Vector(-100, -340, -100)))  # all on this side of y = 60
+    assert type(half) is not CableSolid
+    assert half.Volume(1e-6) == pytest.approx(VOLUME / 2, rel=1e-4)
+    ball = cq.Solid.makeSphere(5, cq.Vector(*wire.solution.position([175.0])[0]))
+    assert wire.fuse(ball).Volume(1e-6) == pytest.approx(
+        VOLUME + ball.Volume() - wire.intersect(ball).Volume(1e-6), rel=1e-5
+    )
+    assert wire.distance(plate.val()) == pytest.approx(1.0, abs=1e-6)  # radius 2 in a hole of radius 3
+    assert cq.Workplane(obj=wire).faces("%PLANE").size() == 2
+    assert cq.Compound.makeCompound([wire, plate.val()]).Volume() > VOLUME
+
+
+def test_show_object_and_exporters_take_it(wire, tmp_path):
+    vertices, triangles = wire.tessellate(0.1)
+    assert len(triangles) > 100
+    assert len(vertices) > 100
+    edges_and_faces = toJSON(cq.Assembly(wire, color=cq.Color("blue")))  # what viewers of CadQuery are given
+    assert all(len(shown["shape"]) > 1000 for shown in edges_and_faces)
+    assert edges_and_faces[-1]["color"] == pytest.approx((0.0, 0.0, 1.0, 1.0))
+    for name in ("w.step", "w.stl", "w.brep"):
+        cq.exporters.export(cq.Workplane(obj=wire), str(tmp_path / name))
+        assert (tmp_path / name).stat().st_size > 1000
+
+
+MOVES = {
+    "moved": lambda one: one.moved(cq.Location((1, 2, 3), (1, 1, 0), 30)),
+    "moved by keywords": lambda one: one.moved(x=1, rz=20),
+    "located": lambda one: one.located(cq.Location((1, 2, 3))),
+    "copy": lambda one: one.copy(),
+    "copy of a moved one": lambda one: one.moved(cq.Location((1, 2, 3))).copy(),
+    "copy.copy": copy.copy,
+    "copy.deepcopy": copy.deepcopy,
+    "translate": lambda one: one.translate((1, 2, 3)),
+    "rotate": lambda one: one.rotate((1, 2, 3), (2, 0, 1), 50),
+    "move in place": lambda one: one.copy().move(cq.Location((1, 2, 3), (0, 1, 0), 10)),
+}
+
+
+@pytest.mark.parametrize("name", MOVES)
+def test_results_travel_with_a_cable_that_moves_as_a_whole(wire, name):
+    """As a plain solid moves, so does the cable; its numbers stay in a frame that the location tells."""
+    moved, plain = MOVES[name](wire), MOVES[name](cq.Solid(wire.wrapped))
+    assert isinstance(moved, CableSolid)
+    assert moved.report is wire.report
+    assert moved.solution is wire.solution
+    np.testing.assert_allclose(moved.Center().toTuple(), plain.Center().toTuple(), atol=1e-9)
+    frame = cq.Location(moved.built.solid.wrapped.Location())
+    (x, y, z), _ = (frame * cq.Location(cq.Vector(*wire.solution.position([0.0])[0]))).toTuple()
+    assert cq.Vertex.makeVertex(x, y, z).distance(plain) < 1e-6  # the start is on the solid
+
+
+def test_an_end_that_moves_is_solved_again(wire):
+    again = wire.moved(end=cq.Location((0, 125, 4)))
+    assert isinstance(again, CableSolid)
+    fresh = cable(cc.Port((0, 0, 4), UP), cc.Port((0, 125, 4), UP), diameter=4, length=350)
+    assert again.solution.chord == pytest.approx(125.0, abs=1e-12)
+    assert again.report["bend_radius_min"] == pytest.approx(fresh.report["bend_radius_min"], rel=1e-9)
+    assert again.report["solid"]["tolerance"] == 1e-6  # that of the cable it was made from
+    assert wire.solution.chord == pytest.approx(120.0, abs=1e-12)
+    longer = wire.moved(length=360)
+    assert longer.Volume() == pytest.approx(math.pi * 4 * 360, rel=1e-6)
+
+
+def test_an_end_of_a_cable_that_was_moved_is_given_where_the_cable_is_now(wire):
+    frame = cq.Location((10, 20, 30), (1, 2, 3), 40)
+    there = wire.moved(frame).moved(end=frame * cq.Location((0, 125, 4)))
+    here = wire.moved(end=cq.Location((0, 125, 4))).moved(frame)
+    assert there.solution.chord == pytest.approx(125.0, abs=1e-9)
+    np.testing.assert_allclose(there.Center().toTuple(), here.Center().toTuple(), atol=1e-6)
+
+
+def test_straight_parts_stay_when_an_end_moves():
+    first = cable(cc.Port((0, 0, 0), UP, straight=6), cc.Port((0, 100, 0), UP, straight=8), diameter=4, length=300)
+    again = first.moved(start=cq.Location((0, -5, 0)), end=cc.Port((0, 105, 0), UP, straight=9))
+    assert (again.cable.start.straight, again.cable.end.straight) == (6.0, 9.0)
+
+
+def test_moves_that_cannot_be_meant(wire):
+    with pytest.raises(UsageError, match="call it twice"):
+        wire.moved(cq.Location((0, 0, 1)), end=cq.Location((0, 125, 4)))
+    with pytest.raises(InfeasibleError):
+        wire.moved(end=cq.Location((0, 500, 4)))
+
+
+def test_what_is_no_longer_the_cable_says_so(wire):
+    changed = [wire.scale(2), wire.mirror("XY"), pickle.loads(pickle.dumps(wire)), wire.fillet(0.2, wire.Edges()[:1])]
+    for one in changed:
+        if isinstance(one, CableSolid):
+            with pytest.raises(UsageError, match="no longer the cable"):
+                one.report  # noqa: B018 - the access is the test
+    with pytest.raises(UsageError, match="no longer the cable"):
+        changed[2].moved(end=cq.Location((0, 125, 4)))
+
+
+def test_its_own_step_file(wire, tmp_path):
+    wire.moved(cq.Location((0, 0, 50))).write_step(tmp_path / "w.step")
+    (root,) = read_tree(tmp_path / "w.step")
+    (node,) = root.children[0].children
+    assert node.name == "W1"
+    assert node.placement[2, 3] == pytest.approx(50.0)
+    assert node.volume == pytest.approx(VOLUME, rel=1e-6)
+    cc.write_step([as_solid(cc.build(wire.cable)).built], tmp_path / "plain.step")
+
+
+# --- chains and assemblies ----------------------------------------------------------------------------------------
+
+
+def test_a_factory_in_chains(plate):
+    chain = plate.faces(">Z").edges("%CIRCLE").invoke(cable_from(cq.Location((0, 120, 4)), diameter=4, length=350))
+    (made,) = chain.vals()
+    assert made.report["start"]["position"] == [0.0, 0.0, 4.0]
+    assert chain.end().size() == 1
+    away = cable_from(lambda start: start * cq.Location((0, 50, 0)), diameter=4, length=120, name="lead")
+    several = cq.Workplane("XZ").pushPoints([(0, 0), (30, 0), (60, 0)]).invoke(away)
+    assert [one.label for one in several.vals()] == ["lead", "lead 2", "lead 3"]
+    for one, x in zip(several.vals(), (0, 30, 60), strict=True):
+        np.testing.assert_allclose(one.report["start"]["position"], [x, 0, 0], atol=1e-12)
+        np.testing.assert_allclose(one.report["start"]["direction"], [0, -1, 0], atol=1e-12)
+    each = cq.Workplane().pushPoints([(0, 0), (30, 0)]).eachpoint(away)
+    assert [round(one.Volume()) for one in each.vals()] == [round(math.pi * 4 * 120)] * 2
+    assert [one.BoundingBox().center.x for one in each.vals()] == pytest.approx([0.0, 30.0], abs=1e-6)
+
+
+def test_an_assembly_keeps_name_colour_and_report(wire, plate, tmp_path):
+    loom = cq.Assembly(plate, name="plate", color=cq.Color("gray"))
+    assert add_to(loom, wire) is loom
+    assert loom.objects["W1"].metadata["cablecad"] is wire.report
+    loom.export(str(tmp_path / "loom.step"))
+    (root,) = read_tree(tmp_path / "loom.step")
+    (node,) = (node for node in root.walk() if node.name == "W1")
+    np.testing.assert_allclose(node.color, (0x2B / 255, 0x6C / 255, 0xB0 / 255, 0x80 / 255), atol=1e-6)
+    with pytest.raises(UsageError, match="has a 'W1' already"):
+        add_to(loom, wire)
+    with pytest.raises(UsageError, match="is no cable of cablecad"):
+        add_to(loom, plate.val())
+
+
+def test_a_scene_as_an_assembly(tmp_path):
+    """What the host's exporter writes of it holds what `build` writes: names, colours, places, volumes."""
+    loom = to_assembly(SAMPLES / "connectors.toml")
+    assert loom.metadata["cablecad"]["cables"][0]["name"] == "W1"
+    loom.export(str(tmp_path / "host.step"))
+    cc.build_scene(cc.load_scene(SAMPLES / "connectors.toml"), tmp_path / "own.step")
+    (host,), (own,) = read_tree(tmp_path / "host.step"), read_tree(tmp_path / "own.step")
+
+    def told(node, frame):
+        frame = frame @ np.vstack([node.placement, [0, 0, 0, 1]])
+        color = node.color or node.occurrence_color
+        volume = 0.0 if node.children else node.volume
+        # CadQuery names products, and of occurrences only those of single shapes.
+        yield node.name, None if color is None else tuple(np.round(color, 5)), round(volume, 4), np.round(frame, 9)
+        for child in node.children:
+            yield from told(child, frame)
+
+    ours = [row for row in told(own, np.eye(4)) if row[2]]
+    theirs = [row for row in told(host, np.eye(4)) if row[2]]
+    assert [row[:3] for row in ours] == [row[:3] for row in theirs]
+    for one, other in zip(ours, theirs, strict=True):
+        np.testing.assert_allclose(one[3], other[3], atol=1e-8)
+    assert "right connector" in loom["parts"].objects
+
+
+def test_colours_of_single_faces_reach_the_assembly(tmp_path):
+    """io1-cm-214 has two faces of another colour."""
+    data = Path(__file__).parents[1] / "data" / "io1-cm-214.stp"
+    scene = cc.Scene("one", parts=(cc.Part("flange", data),))
+    to_assembly(scene).export(str(tmp_path / "host.step"))
+    (root,) = read_tree(tmp_path / "host.step")
+    (wanted,) = (node for own in read_tree(data) for node in own.walk() if node.subshape_colors)
+    found = [node for node in root.walk() if node.subshape_colors]
+    colors = [color for node in found for color in node.subshape_colors.values()]
+    np.testing.assert_allclose(colors, list(wanted.subshape_colors.values()), atol=1e-6)
+
+
+# --- manners ------------------------------------------------------------------------------------------------------
+
+UNTOUCHED = """
+import json, sys
+import cadquery
+def state():
+    return {
+        f"{name}.{key}": id(value)
+        for name, module in list(sys.modules.items()) if name.split(".")[0] == "cadquery"
+        for owner in [module, *(v for v in vars(module).values() if isinstance(v, type))]
+        for key, value in vars(owner).items() if not key.startswith("__")
+    }
+before = state()
+modules = set(sys.modules)
+import cablecad
+light = sorted(name for name in set(sys.modules) - modules if not name.startswith("cablecad"))
+import cablecad.adapters.cadquery as adapter
+adapter.cable((0, 0, 0), (0, 100, 0), diameter=4, length=120)
+after = state()
+print(json.dumps([light, sorted(key for key in before if after.get(key) != before[key])]))
+"""
+
+
+def test_nothing_in_the_host_is_touched(tmp_path):
+    done = subprocess.run([sys.executable, "-c", UNTOUCHED], capture_output=True, text=True, check=True, cwd=tmp_path)
+    light, changed = json.loads(done.stdout)
+    assert changed == []
+    assert light == []  # `import cablecad` loads nothing that the host had not
+
+
+def test_the_sample_runs_and_reads_back(tmp_path):
+    check_loom(run_sample("cadquery_loom.py", tmp_path))
