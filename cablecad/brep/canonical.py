@@ -36,6 +36,7 @@ _BREAK = re.compile(rb"\n *")  # the line breaks within an entity
 _BARE_EXPONENT = re.compile(r"^(-?\d+)E", re.MULTILINE)
 _REFERENCE = re.compile(rb"#(\d+)")
 _SCHEMA = re.compile(rb"FILE_SCHEMA\s*\(.*?\)\s*\)\s*;", re.DOTALL)
+_NAMES = (b"PRODUCT(", b"NEXT_ASSEMBLY_USAGE_OCCURRENCE(")
 _NAMED = re.compile(rb"(PRODUCT|NEXT_ASSEMBLY_USAGE_OCCURRENCE)\(%s,'([^']*(?:''[^']*)*)'" % _STRING)
 # Presentations and layers list what they hold; the order says nothing.
 _SET = re.compile(
@@ -141,7 +142,8 @@ class _Numbering:
 
     def __init__(self, entities: dict[bytes, bytes]) -> None:
         self.entities = entities
-        self.parts = {entity: _REFERENCE.split(body) for entity, body in entities.items()}
+        # Most entities are points and directions, which refer to nothing.
+        self.parts = {entity: _REFERENCE.split(body) if b"#" in body else [body] for entity, body in entities.items()}
         self.numbers: dict[bytes, bytes] = {}
         self.same: dict[bytes, bytes] = {}
         self._digests: dict[bytes, bytes] = {}
@@ -224,8 +226,11 @@ class _Numbering:
         lines = []
         for entity, number in numbers.items():
             parts = self.parts[entity]
+            if len(parts) == 1 and not parts[0].startswith(_NAMES):
+                lines.append(number + b"=" + parts[0].replace(_HASH_IN_STRING, b"#") + b";\n")
+                continue
             parts[1::2] = [numbers[same.get(reference, reference)] for reference in parts[1::2]]
-            named = _NAMED.match(parts[0])
+            named = _NAMED.match(parts[0]) if parts[0].startswith(_NAMES) else None
             if named:
                 kind, name = named.groups()
                 parts[0] = b"%s('%s','%s'%s" % (
