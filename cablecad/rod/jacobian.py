@@ -149,9 +149,17 @@ class Jacobian:
         s = f.sin(x)
         q = self.rate * f.cos(x)
         s2 = s * s
-        dn = x * 0.0 + 1.0
-        swing = x * 0.0
-        for aa, ga, weight in self._steps:
+        # At the bottom dn is 1.
+        aa, ga, weight = self._steps[0]
+        above = q * q
+        below = s2 * aa
+        below += above
+        above += s2 * ga
+        swing = q / below
+        swing *= weight
+        above /= below
+        dn = above
+        for aa, ga, weight in self._steps[1:]:
             above = q * q
             below = s2 * aa
             below += above
