@@ -53,6 +53,7 @@ _HOMES = {
     "cablecad.centreline": ("Arc", "Centreline", "Frames", "Line", "Placement"),
     "cablecad.rod.solution": ("EndState", "Equilibrium", "RodSolution"),
     "cablecad.scene": ("load_scene",),
+    "cablecad.picture.render": ("render_scene",),
     "cablecad.pipeline": ("Built", "build", "build_scene", "solve", "solve_many", "write_step"),
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names}

@@ -37,6 +37,7 @@ from OCP.XCAFDoc import XCAFDoc_ColorTool, XCAFDoc_ColorType, XCAFDoc_DocumentTo
 
 from cablecad.brep.check import volume_of
 from cablecad.brep.part21 import shielded
+from cablecad.centreline import Curve
 from cablecad.errors import GeometryError
 from cablecad.model import Part
 
@@ -106,11 +107,15 @@ class CableSolid:
         name: Of the cable.
         solid: At its place in the scene [mm].
         color: ``#rrggbb`` or ``#rrggbbaa``, or None.
+        curve: Its centreline, for formats that hold triangles.
+        radius: Of the cable [mm], likewise.
     """
 
     name: str
     solid: TopoDS_Shape
     color: str | None = None
+    curve: Curve | None = None
+    radius: float = 0.0
 
 
 class Document:
@@ -348,8 +353,14 @@ def _color(label: TDF_Label) -> Color | None:
     return None
 
 
-def _rgba(text: str) -> Quantity_ColorRGBA:
+def color_of(text: str) -> Color:
+    """The colour that ``#rrggbb`` or ``#rrggbbaa`` writes."""
     red, green, blue, alpha = (value / 255.0 for value in bytes.fromhex(f"{text[1:]:f<8}"))
+    return red, green, blue, alpha
+
+
+def _rgba(text: str) -> Quantity_ColorRGBA:
+    red, green, blue, alpha = color_of(text)
     return Quantity_ColorRGBA(Quantity_Color(red, green, blue, Quantity_TypeOfColor.Quantity_TOC_sRGB), alpha)
 
 
@@ -357,9 +368,14 @@ def _matrix(transformation: gp_Trsf) -> NDArray[np.float64]:
     return np.array([[transformation.Value(row, column) for column in range(1, 5)] for row in range(1, 4)])
 
 
+def part_placement(part: Part) -> NDArray[np.float64]:
+    """Rotation and position of a part, shape (3, 4) [mm]."""
+    return np.column_stack([part.rotation.rows, part.position])
+
+
 def part_frame(part: Part) -> TopLoc_Location:
     """Where a part is placed in its scene."""
-    return frame_of(np.column_stack([part.rotation.rows, part.position]))
+    return frame_of(part_placement(part))
 
 
 def frame_of(placement: NDArray[np.float64]) -> TopLoc_Location:

@@ -67,7 +67,10 @@ except ModuleNotFoundError as error:
     problem = "is not installed" if error.name == "OCP" else f"lacks its part {error.name}"
     raise MissingDependencyError(INSTALL.format(problem=problem)) from error
 except ImportError as error:  # a library it is linked to, or a version out of the supported range
-    raise MissingDependencyError(INSTALL.format(problem=f"could not be loaded ({error})")) from error
+    problem = f"could not be loaded ({error})"
+    if "libGL" in str(error):  # on a bare Linux, where the flavour with VTK is linked to what desktops have
+        problem += ": on Debian or Ubuntu apt-get install libgl1, on Fedora dnf install mesa-libGL, brings that library"
+    raise MissingDependencyError(INSTALL.format(problem=problem)) from error
 
 __all__ = [
     "OCP_VERSION",

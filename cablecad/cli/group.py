@@ -9,10 +9,12 @@ import click
 from cablecad import __version__
 
 _COMMANDS = {
-    "build": "Solve a scene, make its solids and write one STEP file.",
+    "build": "Solve a scene, make its solids and write one file: STEP, or another format by its suffix.",
     "solve": "Solve a scene and print what its cables are like; no solids.",
     "check": "Judge a scene as build would, every rule strictly, and write nothing.",
     "resolve": "Print a scene with numbers in place of the ends on parts.",
+    "render": "Draw a scene as a shaded picture.",
+    "plot": "Draw shapes, curvatures and equilibria of cables, or a family of them.",
     "schema": "Print the JSON Schema of a scene file.",
     "new": "Write a commented starter scene.",
 }
@@ -49,7 +51,7 @@ class _LazyGroup(click.Group):
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog=_EXAMPLES
     + "Exit codes: 0 done, 1 a bug, 2 usage or an invalid scene, 3 no such shape, 4 geometry or a rule failed its "
-    "check, 5 a file could not be read or written, 130 interrupted.",
+    "check, 5 a file could not be read or written, 6 some of many failed, 130 interrupted.",
 )
 @click.version_option(__version__, prog_name="cablecad")
 def cablecad() -> None:

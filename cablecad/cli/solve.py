@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import shutil
+import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 import click
 
@@ -16,6 +19,7 @@ if TYPE_CHECKING:
 _EXAMPLES = """\b
 Examples:
   cablecad solve loom.toml
+  cablecad solve loom.toml --table | less
   cablecad solve loom.toml --json --points 200 > loom.json
 """
 
@@ -35,11 +39,19 @@ Examples:
     is_flag=True,
     help="Look for more equilibria: windings -2..2, more starts. The report lists all that were found.",
 )
+@click.option(
+    "--table/--lines",
+    "table",
+    default=None,
+    help="A few lines a cable for people, with warnings, or one line a cable for programs; if neither is given the "
+    "table on a terminal and lines elsewhere.",
+)
 @verbosity_options
-def solve(scene_path: Path, as_json: bool, points: int | None, wide: bool) -> int:
-    """Solve SCENE and print one line a cable, or the report as JSON: lengths in mm, forces in N.
+def solve(scene_path: Path, as_json: bool, points: int | None, wide: bool, table: bool | None) -> int:
+    """Solve SCENE and print what its cables are like, or the report as JSON: lengths in mm, forces in N.
 
-    Makes no solids, and needs no Open Cascade unless an end is taken from a part's geometry (near).
+    On a terminal a table a cable: model and why, length, bend radius, forces, stability, warnings; elsewhere one line
+    a cable. Makes no solids, and needs no Open Cascade unless an end is taken from a part's geometry (near).
     """
     from cablecad.pipeline import solve_scene
     from cablecad.report import to_json
@@ -50,8 +62,16 @@ def solve(scene_path: Path, as_json: bool, points: int | None, wide: bool) -> in
     scene = load_scene(scene_path)
     with progress_bar(len(scene.cables)) as progress:
         run = solve_scene(scene, search="wide" if wide else "answer", progress=progress)
+    on_terminal = _is_terminal(sys.stdout)
     if as_json:
         click.echo(to_json(run.report(points=points)), nl=False)
+    elif table or (table is None and on_terminal):
+        _print_table(run.outcomes)
+        if on_terminal and _is_terminal(sys.stderr):  # what is to be said of a cable has been read in the table
+            told = [outcome.error for outcome in run.outcomes if outcome.error is not None]
+            note_all(run.remarks)
+            show_errors(error for error in run.errors if error.__cause__ not in told)
+            return run.exit_code
     else:
         for outcome in run.outcomes:
             click.echo(_line(outcome))
@@ -61,6 +81,21 @@ def solve(scene_path: Path, as_json: bool, points: int | None, wide: bool) -> in
         warn_of(outcome.cable.name, outcome.violations)
     show_errors(run.errors)
     return run.exit_code
+
+
+def _is_terminal(stream: TextIO | None) -> bool:
+    return stream is not None and stream.isatty()
+
+
+def _print_table(outcomes: list[CableOutcome]) -> None:
+    """A table a cable, with an empty line between two; in colour on a terminal that is not asked to do without."""
+    from cablecad.cli.table import cable_table
+
+    width = min(shutil.get_terminal_size().columns, 120)
+    text = "\n\n".join(cable_table(outcome, width) for outcome in outcomes)
+    if outcomes:
+        # https://no-color.org
+        click.echo(text, color=False if os.environ.get("NO_COLOR") else None)
 
 
 def _line(outcome: CableOutcome) -> str:

@@ -10,13 +10,15 @@ from cablecad.pipeline.scene import (
     build_scene,
     check_scene,
     make_scene,
+    read_scene_parts,
     resolve_ends,
     run_build,
     solve_scene,
 )
-from cablecad.pipeline.write import check_output, write_step
+from cablecad.pipeline.write import MODEL_SUFFIXES, check_output, write_step
 
 __all__ = [
+    "MODEL_SUFFIXES",
     "Built",
     "Progress",
     "SceneRun",
@@ -28,6 +30,7 @@ __all__ = [
     "check_output",
     "check_scene",
     "make_scene",
+    "read_scene_parts",
     "resolve_ends",
     "run_build",
     "solve",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import time
 from collections.abc import Callable, Iterable
@@ -10,11 +11,11 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cablecad.errors import CablecadError, ExchangeError, Mistake, RuleError, SceneError
+from cablecad.errors import CablecadError, ExchangeError, Mistake, RuleError, SceneError, UsageError
 from cablecad.model import Part, Scene
 from cablecad.pipeline.cable import Built, Search, build_outcome, solve_many, timed
 from cablecad.pipeline.ports import Resolved, parts_to_read, resolve_ports
-from cablecad.pipeline.write import check_output
+from cablecad.pipeline.write import MESH_SUFFIXES, MODEL_SUFFIXES, cable_solid, check_output, write_model
 from cablecad.report import CableOutcome, scene_report
 
 if TYPE_CHECKING:
@@ -127,24 +128,46 @@ def check_scene(scene: Scene, *, strict: bool = True, progress: Progress | None 
     return _run_scene(scene, None, strict=strict, progress=progress)
 
 
-def run_build(scene: Scene, path: Path, *, strict: bool = False, progress: Progress | None = None) -> SceneRun:
-    """Build a scene into a STEP file; with any error nothing is written and the errors are in the result.
+def run_build(
+    scene: Scene,
+    path: Path,
+    *,
+    strict: bool = False,
+    mesh_tolerance: float | None = None,
+    progress: Progress | None = None,
+) -> SceneRun:
+    """Build a scene into a file; with any error nothing is written and the errors are in the result.
+
+    Args:
+        scene: What to build.
+        path: Its suffix says of which format: .step, .stp, .glb, .stl or .brep.
+        strict: Whether a broken `min_bend_radius` is an error rather than a warning.
+        mesh_tolerance: For .glb and .stl: bound on the distance between triangles and surfaces [mm]; from the sizes
+            if not given.
+        progress: Told of each cable and part.
 
     Raises:
         SceneError: Data that contradict each other.
-        UsageError: The output is one of the inputs, or is no STEP file by its name.
+        UsageError: The output is one of the inputs, or of no such format by its name; a mesh tolerance that is not
+            positive, needs too many triangles, or meets a format without any.
         ExchangeError: The output cannot be written.
     """
-    check_output(scene, path)
-    return _run_scene(scene, path, strict=strict, progress=progress)
+    check_output(scene, path, suffixes=MODEL_SUFFIXES)
+    if mesh_tolerance is not None:
+        if path.suffix.lower() not in MESH_SUFFIXES:
+            formats = " and ".join(MESH_SUFFIXES)
+            raise UsageError(f"a mesh tolerance is for {formats}; {path} holds exact surfaces: leave it out")
+        if not 0.0 < mesh_tolerance < math.inf:
+            raise UsageError(f"a mesh tolerance must be a positive number of mm; got {mesh_tolerance!r}")
+    return _run_scene(scene, path, strict=strict, mesh_tolerance=mesh_tolerance, progress=progress)
 
 
 def build_scene(scene: Scene, path: str | PathLike[str], *, strict: bool = False) -> dict[str, Any]:
-    """Build a scene into one STEP file: parts and cables as an assembly.
+    """Build a scene into one file: parts and cables as an assembly.
 
     Args:
         scene: From `load_scene`, or made in Python.
-        path: The STEP file, written whole or not at all.
+        path: Its suffix says of which format: .step, .stp, .glb, .stl or .brep. Written whole or not at all.
         strict: Whether a broken `min_bend_radius` is an error rather than a warning.
 
     Returns:
@@ -173,13 +196,14 @@ def make_scene(scene: Scene) -> tuple[SceneRun, list[Built]]:
     return run, _make_solids(run, None)
 
 
-def _run_scene(scene: Scene, path: Path | None, *, strict: bool, progress: Progress | None) -> SceneRun:
+def _run_scene(
+    scene: Scene, path: Path | None, *, strict: bool, progress: Progress | None, mesh_tolerance: float | None = None
+) -> SceneRun:
     begun = time.perf_counter()
     run = solve_scene(scene, progress=progress)
     if scene.parts or any(outcome.solution for outcome in run.outcomes):
         _import_kernel(run)
-    _read_parts(run, scene.parts, progress)
-    placed = [(part, run.documents[part.name]) for part in scene.parts if part.name in run.documents]
+    placed = read_scene_parts(run, progress)
     run.solids = {part.name: document.solids for part, document in placed}
     with timed(run.seconds, "cables"):
         built = _make_solids(run, progress)
@@ -187,11 +211,8 @@ def _run_scene(scene: Scene, path: Path | None, *, strict: bool, progress: Progr
         run.errors += _broken_rules(run.outcomes)
     if path is not None and not run.errors:
         with timed(run.seconds, "write"):
-            from cablecad.brep.document import CableSolid
-            from cablecad.brep.step import write_step as write_document
-
-            solids = [CableSolid(one.name, one.solid.wrapped, one.cable.color) for one in built]
-            write_document(path, scene.name, placed, solids)
+            solids = [cable_solid(one) for one in built]
+            write_model(path, scene.name, placed, solids, mesh_tolerance=mesh_tolerance)
     run.seconds["total"] = time.perf_counter() - begun
     return run
 
@@ -218,6 +239,12 @@ def _ends_resolved(run: SceneRun, progress: Progress | None) -> Resolved:
 def _import_kernel(run: SceneRun) -> None:
     with timed(run.seconds, "import"):
         import cablecad.brep.kernel  # noqa: F401 - most of the time of a small build; named apart in the report
+
+
+def read_scene_parts(run: SceneRun, progress: Progress | None = None) -> list[tuple[Part, Document]]:
+    """Read what was not read yet of a scene's parts: each that could be, the others' errors among the run's."""
+    _read_parts(run, run.scene.parts, progress)
+    return [(part, run.documents[part.name]) for part in run.scene.parts if part.name in run.documents]
 
 
 def _read_parts(run: SceneRun, parts: Iterable[Part], progress: Progress | None) -> None:

@@ -53,14 +53,22 @@ def load_scene(path: str | PathLike[str]) -> Scene:
 
 
 def load_data(path: str | PathLike[str]) -> dict[str, Any]:
-    """The raw data of a scene file, as `load_scene` reads them, unchecked.
+    """Read the raw data of a scene file, which may be changed before `resolve_scene` makes a scene of them.
+
+    Args:
+        path: Of a file in TOML or JSON.
+
+    Returns:
+        The top table; whether it is a scene is not looked at.
 
     Raises:
         ExchangeError: The file cannot be read.
-        SceneError: It is no table of TOML or JSON.
+        SceneError: It is not TOML or JSON, or holds what no scene may hold.
     """
     path = Path(path)
-    data: dict[str, Any] = _cleaned(_read(_content(path), None, path), (), [])
+    data, found = _raw_data(_content(path), None, path)
+    if found:
+        resolve_scene(data, source=path, found=found)  # which tells them with their places
     return data
 
 
@@ -86,17 +94,21 @@ def parse_scene(text: str | bytes, *, syntax: Syntax | None = None, source: str 
     if syntax not in (None, "toml", "json"):
         raise UsageError(f"the syntax of a scene is 'toml' or 'json', not {syntax!r}")
     source = None if source is None else Path(source)
-    data = _read(text, syntax, source)
-    found: list[tuple[Place, Mistake]] = []
-    cleaned = _cleaned(data, (), found)
-    return resolve_scene(cleaned, source=source, found=found)
+    data, found = _raw_data(text, syntax, source)
+    return resolve_scene(data, source=source, found=found)
 
 
-def _read(text: str | bytes, syntax: Syntax | None, source: Path | None) -> dict[str, Any]:
+def _raw_data(
+    text: str | bytes, syntax: Syntax | None, source: Path | None
+) -> tuple[dict[str, Any], list[tuple[Place, Mistake]]]:
+    """The data of a text, safe to look at, and what no scene may hold of it."""
     try:
-        return _parse(_decoded(text), syntax, source)
+        data = _parse(_decoded(text), syntax, source)
     except _SyntaxMistakeError as error:
         raise SceneError([Mistake("", str(error))], source=str(source or "")) from error
+    found: list[tuple[Place, Mistake]] = []
+    cleaned: dict[str, Any] = _cleaned(data, (), found)
+    return cleaned, found
 
 
 class _SyntaxMistakeError(ValueError):

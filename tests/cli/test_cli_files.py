@@ -127,10 +127,10 @@ def test_output_where_there_are_no_files(cli, here):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["-o", "out.stl"], "output out.stl: its name must end in .step or .stp"),
-        (["-o", "out"], "output out: its name must end in .step or .stp"),
-        (["-o", "out.step.gz"], "its name must end in .step or .stp"),
-        (["-o", ""], "its name must end in .step or .stp"),
+        (["-o", "out.txt"], "output out.txt: its name must end in .step, .stp, .glb, .stl or .brep"),
+        (["-o", "out"], "output out: its name must end in .step, .stp, .glb, .stl or .brep"),
+        (["-o", "out.step.gz"], "its name must end in .step, .stp"),
+        (["-o", ""], "its name must end in .step, .stp"),
         (["-o", "out.step", "--report", "out.txt"], "output out.txt: its name must end in .json"),
         (["-o", "out.step", "--report", "out.step"], "output out.step: its name must end in .json"),
     ],

@@ -45,7 +45,7 @@ def built(tmp_path_factory):
 
 
 def test_every_sample_is_tested_here():
-    assert {path.stem for path in SAMPLES.glob("*.toml")} == set(ANGLES)
+    assert {path.stem for path in SAMPLES.glob("*.toml")} == {*ANGLES, "loom"}  # the loom in a file of its own
 
 
 @pytest.mark.parametrize("name", ANGLES)

@@ -1,0 +1,161 @@
+"""`cablecad plot`: shapes, curvatures and equilibria of cables as plots."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from cablecad.cli.session import note_all, progress_bar, say, scene_argument, show_errors, verbosity_options, warn_of
+from cablecad.errors import CablecadError, ExchangeError, UsageError
+
+if TYPE_CHECKING:
+    from cablecad.model import Scene
+    from cablecad.picture.plot import Plot
+
+SOME_FAILED = 6
+
+_EXAMPLES = """\b
+Examples:
+  cablecad plot loom.toml -o plots
+  cablecad plot loom.toml -o plots --cable W1 --format svg
+  cablecad plot loom.toml -o plots --family cables.W1.length=300:400:11
+"""
+
+
+@click.command(epilog=_EXAMPLES)
+@scene_argument
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="The folder to write to, made if need be; the scene's name with -plots if not given.",
+)
+@click.option(
+    "--cable", "cables", multiple=True, metavar="NAME", help="Plot this cable only; may be given several times."
+)
+@click.option(
+    "--family",
+    metavar="PLACE=START:STOP:COUNT",
+    help="Instead: draw one cable in one picture for COUNT values of one of its data, both ends included; or "
+    "PLACE=VALUE,VALUE,...",
+)
+@click.option(
+    "--format",
+    "file_format",
+    type=click.Choice(["png", "svg", "pdf"]),
+    default="png",
+    show_default=True,
+    help="Of the files.",
+)
+@verbosity_options
+def plot(scene_path: Path, output: Path | None, cables: tuple[str, ...], family: str | None, file_format: str) -> int:
+    """Solve SCENE and plot its cables: three files for each.
+
+    NAME-shape: the shape in its plane, its ends, what they apply to it, and the tightest spot. NAME-curvature: over
+    arclength, with the rule of min_bend_radius. NAME-equilibria: all that a wide search finds, with their energies;
+    stable ones solid, unstable ones dashed. With --family one file: how a shape changes with one of its data. Prints
+    the paths written. Takes matplotlib (pip install "cablecad[plot]").
+    """
+    output = output if output is not None else scene_path.with_name(f"{scene_path.stem}-plots")
+    if family is not None:
+        if cables:
+            raise UsageError("--family names its cable itself: leave out --cable")
+        return _plot_family(scene_path, output, family, file_format)
+    from cablecad.picture.plot import cable_plots
+    from cablecad.picture.render import with_cables
+    from cablecad.pipeline import solve_scene
+    from cablecad.scene import load_scene
+
+    scene = with_cables(load_scene(scene_path), cables)
+    with progress_bar(4 * len(scene.cables)) as progress:
+        run = solve_scene(scene, search="wide", progress=progress)
+        solutions = [outcome.solution for outcome in run.outcomes if outcome.solution is not None]
+        paths = _write([] if run.errors else list(cable_plots(solutions)), output, file_format, progress)
+    note_all(run.remarks)
+    for outcome in run.outcomes:
+        warn_of(outcome.cable.name, outcome.warnings)
+        warn_of(outcome.cable.name, outcome.violations)
+    show_errors(run.errors)
+    for path in paths:
+        click.echo(path)
+    return run.exit_code
+
+
+def _plot_family(scene_path: Path, output: Path, family: str, file_format: str) -> int:
+    """Draw a family; values without a solution are left out and named."""
+    from cablecad.picture.family_plot import Member
+    from cablecad.picture.plot import family_plots
+    from cablecad.pipeline import solve_scene
+    from cablecad.scene import load_data, parse_sweep, resolve_scene, with_value
+
+    sweep = parse_sweep(family)
+    data = load_data(scene_path)
+    name, members = None, []
+    failed: list[tuple[float, CablecadError]] = []
+    with progress_bar(len(sweep.values) + 1) as progress:
+        for value in sweep.values:
+            try:
+                scene = resolve_scene(with_value(data, sweep.place, value), source=scene_path)
+                name = name or _cable_of(sweep.place, scene)
+                cables = tuple(cable for cable in scene.cables if cable.name == name)
+                run = solve_scene(replace(scene, cables=cables), progress=progress)
+                run.raise_first()
+                members += [Member(value, one.solution) for one in run.outcomes if one.solution is not None]
+            except UsageError:  # the same for every value
+                raise
+            except CablecadError as problem:
+                failed.append((value, problem))
+        plots = list(family_plots(name, sweep.place, members, len(failed))) if name and members else []
+        paths = _write(plots, output, file_format, progress)
+    for value, error in failed:
+        say(f"warning: {sweep.place} = {value:g}: {error}")
+    if not members:
+        show_errors([failed[0][1]])
+        return failed[0][1].exit_code
+    for path in paths:
+        click.echo(path)
+    return SOME_FAILED if failed else 0
+
+
+def _cable_of(place: str, scene: Scene) -> str:
+    """The name of the cable that a place lies in.
+
+    Raises:
+        UsageError: It lies in none.
+    """
+    from cablecad.scene import place_steps
+
+    kind, *steps = place_steps(place)
+    names = [cable.name for cable in scene.cables]
+    if kind == "cables" and len(steps) > 1:
+        step = steps[0]
+        return names[step] if isinstance(step, int) else step
+    raise UsageError(
+        f"{place!r}: a family changes one cable: begin with cables.NAME., NAME one of {', '.join(names) or 'none'}"
+    )
+
+
+def _write(plots: Sequence[Plot], folder: Path, file_format: str, progress: object) -> list[Path]:
+    """Draw all, then write all: nothing is written where something cannot be drawn."""
+    from cablecad.files import write_bytes
+
+    drawn = []
+    for one in plots:
+        if callable(progress):
+            progress(one.name)
+        drawn.append((folder / f"{one.name}.{file_format}", one.data(file_format)))  # type: ignore[arg-type]
+    if drawn:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise ExchangeError(
+                f"the folder {folder} cannot be made: {error.strerror or error}; give another with -o"
+            ) from error
+    for path, data in drawn:
+        write_bytes(path, data)
+    return [path for path, _ in drawn]
