@@ -106,7 +106,8 @@ def test_solids(built, name):
         exact, r = math.pi * 4.0 * 350.0, cable.diameter / 2.0
         assert certificate["volume"] == pytest.approx(exact, rel=2.0 * certificate["deviation"] / r)
         assert certificate["volume_error"] == pytest.approx(certificate["volume"] / exact - 1.0, abs=1e-12)
-        assert node.volume == pytest.approx(certificate["volume"], rel=1e-8)
+        # The certificate's comes from the splines, this from Open Cascade's integration of what was read, to 1e-6.
+        assert node.volume == pytest.approx(certificate["volume"], rel=1e-6)
         # Side and two caps.
         area = 2.0 * math.pi * r * 350.0 + 2.0 * math.pi * r**2
         assert certificate["area"] == pytest.approx(area, rel=2.0 * certificate["deviation"] / r)
