@@ -127,7 +127,6 @@ def shuffled(text, chance):
 
 def contents(text):
     """Each root, written out with all it refers to (as digests): what a text says, whatever its numbers."""
-    text = re.sub(rb"[\x02\x03]", b"", text)  # what marks the reals
     text = text.replace("é".encode(), b"\\X2\\00E9\\X0\\")  # the one character the two may write differently
     entities = {number: re.sub(rb"\n *", b"", body) for number, body in ENTITY.findall(text.partition(b"DATA;\n")[2])}
     known = {}
