@@ -15,6 +15,7 @@ _COMMANDS = {
     "resolve": "Print a scene with numbers in place of the ends on parts.",
     "schema": "Print the JSON Schema of a scene file.",
     "new": "Write a commented starter scene.",
+    "bench": "Measure speed against error, ours beside scipy's and Open Cascade's.",
 }
 
 

@@ -1,0 +1,202 @@
+"""Spline and tube: ours to a tolerance, beside the sweeps of Open Cascade and of its hosts.
+
+A wave of the elastica, 1000 mm long, at three moduli: gentle, strongly bent, looped. The time is that of the solid, from
+the exact centreline: for ours to the fit, our measurement of its deviation, and the faces; for the others to the spine
+and the sweep. The deviation of every solid's side from the exact tube is measured by the same means (`deviation`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cablecad.bench.clock import take_turns
+from cablecad.bench.deviation import measure_side
+from cablecad.bench.sandbox import SandboxError, in_sandbox
+from cablecad.bench.stage import Effort, Tell
+from cablecad.bench.sweeps import (
+    fitted_spine,
+    installed_hosts,
+    interpolated_spine,
+    sweep_by_host,
+    sweep_pipe,
+    sweep_pipe_shell,
+)
+from cablecad.bench.table import Plot, Table, Target, column
+from cablecad.bench.truth import ArchTruth, arch_truths
+from cablecad.brep.check import check_solid
+from cablecad.brep.document import CableSolid
+from cablecad.brep.spline import fit_centreline
+from cablecad.brep.step import step_text
+from cablecad.brep.tube import build_tube
+from cablecad.centreline import Centreline, Placement
+from cablecad.errors import GeometryError
+from cablecad.rod.elastica import Inflexional
+from cablecad.rod.elliptic import complete_k
+
+if TYPE_CHECKING:
+    from OCP.TopoDS import TopoDS_Shape
+
+LENGTH = 1000.0
+RADII = {0.342: 5.0, 0.8: 4.0, 0.999: 4.0}
+"""Radius of the tube [mm] by modulus."""
+
+OURS, SHELL = "cablecad", "MakePipeShell, corrected Frenet"
+TARGET_TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True)
+class TubeRow:
+    """A solid."""
+
+    k: float = column("k", form="g")
+    method: str = column("method")
+    asked: str = column("asked")
+    time: float | None = column("time", "ms", ".3g")
+    deviation: float | None = column("deviation", "mm", ".1e")
+    poles: int | None = column("poles", form="d")
+    bytes: int | None = column("STEP", "bytes", "d")
+    valid: bool | None = column("valid")
+    volume: float | None = column("volume error", form=".1e")
+    remark: str = column("remark")
+
+
+def wave(k: float, waves: int = 1, length: float = LENGTH) -> Centreline:
+    """Waves of the elastica from an inflection, in the plane of x and y, each `length` [mm]."""
+    m = k * k
+    quarter = complete_k(m, 1.0 - m)
+    place = Placement(np.zeros(3), np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
+    return Centreline([Inflexional(place, length * waves, 4.0 * quarter / length, m, 1.0 - m, -quarter)])
+
+
+def run(effort: Effort, tell: Tell) -> list[Table]:
+    """The stage."""
+    tolerances = (1e-3, 1e-6) if effort.quick else tuple(10.0**-n for n in range(2, 10))
+    counts = (64, 256) if effort.quick else (16, 64, 256, 1024)
+    rows: list[TubeRow] = []
+    for truth in arch_truths(LENGTH):
+        for tolerance in tolerances:
+            tell(f"tube along k = {truth.k:g} to {tolerance:g} mm")
+            rows += _rows(truth, _to_tolerance(truth, tolerance), f"{tolerance:.0e} mm", effort.count(5, 3))
+        for count in counts:
+            tell(f"tube along {count} points of k = {truth.k:g}")
+            rows += _rows(truth, _through_points(truth, count), f"{count} points", effort.count(5, 3))
+    return [
+        Table(
+            "tube",
+            f"Tubes along a wave of the elastica, {LENGTH:g} mm: time, deviation, size",
+            rows,
+            _targets(rows),
+            (
+                f"medians of {effort.count(5, 3)} in turn; radius " + ", ".join(f"{r:g} mm" for r in RADII.values()),
+                "deviation: greatest of 13 x 601 samples of the solid's side from the exact tube (mpmath), measured "
+                "alike on every solid",
+                "MakePipeShell sweeps along our own fit to the same tolerance; MakePipe and the hosts along "
+                "interpolated points",
+                f"hosts installed: {', '.join(installed_hosts()) or 'none'}",
+            ),
+            Plot("time", "deviation", lambda row: f"{row.method}, k = {row.k:g}" if row.k != 0.8 else None),
+        )
+    ]
+
+
+def _to_tolerance(truth: ArchTruth, tolerance: float) -> dict[str, Callable[[], TopoDS_Shape]]:
+    centreline, radius = wave(truth.k), RADII[truth.k]
+
+    def ours() -> TopoDS_Shape:
+        return build_tube(fit_centreline(centreline, radius, tolerance=tolerance), radius)
+
+    def shell() -> TopoDS_Shape:
+        fit = fit_centreline(centreline, radius, tolerance=tolerance)
+        start = centreline.frames([0.0])
+        return sweep_pipe_shell(fitted_spine(fit), start.position[0], start.tangent[0], radius, tolerance=tolerance)
+
+    return {OURS: ours, SHELL: shell}
+
+
+def _through_points(truth: ArchTruth, count: int) -> dict[str, Callable[[], TopoDS_Shape]]:
+    centreline, radius = wave(truth.k), RADII[truth.k]
+
+    def pipe() -> TopoDS_Shape:
+        at = centreline.frames(np.linspace(0.0, LENGTH, count))
+        return sweep_pipe(interpolated_spine(at.position), at.position[0], at.tangent[0], radius)
+
+    def host(name: str) -> TopoDS_Shape:
+        at = centreline.frames(np.linspace(0.0, LENGTH, count))
+        return sweep_by_host(name, at.position, at.tangent, radius)
+
+    hosts: dict[str, Callable[[], TopoDS_Shape]] = {f"{name}, sweep": partial(host, name) for name in installed_hosts()}
+    return {"GeomAPI_Interpolate, MakePipe": pipe, **hosts}
+
+
+def _rows(truth: ArchTruth, methods: dict[str, Callable[[], TopoDS_Shape]], asked: str, repeats: int) -> list[TubeRow]:
+    """Measure methods in turn; one that fails gets a row that says so."""
+    failed: dict[str, str] = {}
+    solids: dict[str, TopoDS_Shape] = {}
+    for name, make in methods.items():
+        try:
+            if name != OURS:
+                in_sandbox(lambda make=make: make() and None)  # type: ignore[misc]
+            solids[name] = make()
+        except SandboxError as error:
+            failed[name] = str(error)
+    times = take_turns({name: methods[name] for name in solids}, repeats)
+    rows = []
+    for name in methods:
+        if name in failed:
+            rows.append(TubeRow(truth.k, name, asked, None, None, None, None, None, None, failed[name]))
+            continue
+        solid, radius = solids[name], RADII[truth.k]
+        side = measure_side(solid, truth, radius)
+        try:
+            check = check_solid(solid, radius=radius, length=LENGTH)
+            size = len(step_text("tube", [], [CableSolid("tube", solid)]))
+        except GeometryError as error:
+            rows.append(
+                TubeRow(
+                    truth.k, name, asked, times[name] * 1e3, side.deviation, side.poles, None, None, None, str(error)
+                )
+            )
+            continue
+        wrong = side.deviation > 1e-2 * radius and check.valid
+        rows.append(
+            TubeRow(
+                truth.k,
+                name,
+                asked,
+                times[name] * 1e3,
+                side.deviation,
+                side.poles,
+                size,
+                check.valid,
+                check.volume_error,
+                "called valid, far off" if wrong else "",
+            )
+        )
+    return rows
+
+
+def _targets(rows: Sequence[TubeRow]) -> list[Target]:
+    asked = f"{TARGET_TOLERANCE:.0e} mm"
+    ours, theirs = ([row for row in rows if row.method == name and row.asked == asked] for name in (OURS, SHELL))
+    pairs = list(zip(ours, theirs, strict=True))
+
+    def total(key: str, some: Sequence[TubeRow]) -> float:
+        return math.fsum(math.nan if getattr(row, key) is None else getattr(row, key) for row in some)
+
+    worst = max((a.deviation or math.inf) / (b.deviation or math.inf) for a, b in pairs)
+    sizes = max((a.bytes or math.inf) / (b.bytes or math.inf) for a, b in pairs)
+    return [
+        Target(
+            "tube at 1e-6 mm: time over MakePipeShell's, over the three curves",
+            total("time", ours) / total("time", theirs),
+            0.25,
+        ),
+        Target("tube at 1e-6 mm: deviation over MakePipeShell's, the greatest", worst, 1.0),
+        Target("tube at 1e-6 mm: STEP bytes over MakePipeShell's, the greatest", sizes, 0.5),
+    ]

@@ -1,0 +1,233 @@
+"""Whole cables, from the scene to the file, by stage; and what it takes to start.
+
+Ours is `run_build`, as `cablecad build` calls it. The rival is the same function, the same checks and the same
+document, with Open Cascade's sweep in the place of our faces. Open Cascade's own share of writing is taken by the clock
+around its `Transfer`, `SendModel` and `Print`.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from cablecad.bench.clock import take_turns
+from cablecad.bench.stage import Effort, Tell
+from cablecad.bench.table import Table, Target, column
+from cablecad.model import Cable, Port, Scene
+from cablecad.pipeline import run_build
+from cablecad.pipeline.cable import make_solid
+
+OURS, SHELL = "cablecad", "the same on MakePipeShell"
+TOLERANCE = 1e-3
+MANY = 100
+
+
+@dataclass(frozen=True)
+class CableRow:
+    """A scene, built; times a cable."""
+
+    method: str = column("method")
+    cables: int = column("cables", form="d")
+    solve: float = column("solve", "ms/cable", ".2f")
+    tube: float = column("tube", "ms/cable", ".2f")
+    check: float = column("check", "ms/cable", ".2f")
+    document: float = column("document", "ms/cable", ".2f")
+    translate: float = column("OCC's transfer + write", "ms/cable", ".2f")
+    rewrite: float = column("rewriting, to disk", "ms/cable", ".2f")
+    rest: float = column("rest", "ms/cable", ".2f")
+    total: float = column("total", "ms/cable", ".2f")
+    share: float = column("transfer + write of the total", "%", ".0f")
+    bytes: int = column("STEP", "bytes/cable", "d")
+
+
+@dataclass(frozen=True)
+class StartRow:
+    """A process from its start to its end."""
+
+    command: str = column("command")
+    time: float = column("time", "s", ".3f")
+    over: float | None = column("over its yardstick", form=".2f")
+
+
+def loom(count: int) -> Scene:
+    """Cables side by side between connectors that point up, their lengths and chords different: U-shaped."""
+    cables = []
+    for i in range(count):
+        start = Port((0.0, 20.0 * i, 0.0), outward=(0.0, 0.0, 1.0))
+        end = Port((120.0 + i % 7, 20.0 * i, 0.0), outward=(0.0, 0.0, 1.0))
+        cables.append(Cable(f"W{i}", 4.0, start, end, length=300.0 + i % 100))
+    return Scene("loom", tuple(cables), tolerance=TOLERANCE)
+
+
+def run(effort: Effort, tell: Tell) -> list[Table]:
+    """The stage."""
+    with TemporaryDirectory(prefix="cablecad-bench-") as place:
+        tell("one cable")
+        rows = _rows(1, Path(place), effort.count(15, 5))
+        tell(f"a scene of {MANY} cables")
+        rows += _rows(MANY, Path(place), effort.count(5, 1))
+        tell("starting up")
+        starts = _starts(Path(place), effort.count(9, 3))
+    ours, theirs = (next(r for r in rows if r.method == name and r.cables == MANY) for name in (OURS, SHELL))
+    over = {row.command: row.over for row in starts}
+    solve, build = (next(value for key, value in over.items() if key.startswith(f"cablecad {x}")) for x in ("s", "b"))
+    return [
+        Table(
+            "cable",
+            f"Whole cables to {TOLERANCE:g} mm, all checks on, by stage",
+            rows,
+            [
+                Target(
+                    f"cable: in a scene of {MANY}, time over the same on MakePipeShell",
+                    ours.total / theirs.total,
+                    1 / 3,
+                ),
+                Target(
+                    "cable: share of Open Cascade's own transfer + write in what is left", ours.share / 100.0, 0.4, ">="
+                ),
+            ],
+            (
+                f"medians of {effort.count(15, 5)} builds of one cable and {effort.count(5, 1)} of {MANY}, in turn; "
+                "U-shaped cables, 300 to 400 mm long, 4 mm thick; Open Cascade already imported",
+                "tube: the self-gap of the exact curve and of the fit, the fit with its measured deviation, the faces; "
+                "check: BRepCheck, volume, area",
+                "MakePipeShell sweeps to 1e-6 mm, which is what the product's method = 'pipe_shell' does",
+            ),
+        ),
+        Table(
+            "start",
+            "From nothing to a result: processes",
+            starts,
+            [
+                Target("start: cablecad solve of one cable over importing numpy and pydantic", solve or 0.0, 2.5),
+                Target(
+                    "start: cablecad build of one cable over importing OCP.gp, numpy and pydantic", build or 0.0, 1.5
+                ),
+            ],
+            (f"medians of {effort.count(9, 3)} processes, in turn",),
+        ),
+    ]
+
+
+def _rows(count: int, place: Path, repeats: int) -> list[CableRow]:
+    scene = loom(count)
+    rows: dict[str, list[CableRow]] = {OURS: [], SHELL: []}
+    for turn in range(repeats + 1):
+        for name, found in rows.items():
+            row = _build(name, scene, place / "loom.step")
+            if turn:  # the first one warms up
+                found.append(row)
+    return [sorted(found, key=lambda row: row.total)[len(found) // 2] for found in rows.values()]
+
+
+def _build(name: str, scene: Scene, path: Path) -> CableRow:
+    """One build, its time by stage."""
+    from OCP.STEPCAFControl import STEPCAFControl_Writer
+    from OCP.StepData import StepData_StepWriter
+
+    from cablecad.brep.document import Document
+    from cablecad.pipeline import scene as pipeline
+
+    seconds: dict[str, float] = {}
+    with (
+        _clocked(seconds, "document", Document, "assembled"),
+        _clocked(seconds, "translate", STEPCAFControl_Writer, "Transfer"),
+        _clocked(seconds, "translate", StepData_StepWriter, "SendModel"),
+        _clocked(seconds, "translate", StepData_StepWriter, "Print"),
+        _replaced(pipeline, "make_solid", partial(make_solid, method="pipe_shell") if name == SHELL else None),
+    ):
+        begun = time.perf_counter()
+        run = run_build(scene, path)
+        total = time.perf_counter() - begun
+    run.raise_first()
+    for outcome in run.outcomes:
+        for stage in ("solve", "tube", "check"):
+            seconds[stage] = seconds.get(stage, 0.0) + outcome.seconds[stage]
+    each = {stage: taken / len(scene.cables) * 1e3 for stage, taken in seconds.items()}
+    each["rewrite"] = run.seconds["write"] / len(scene.cables) * 1e3 - each["document"] - each["translate"]
+    total *= 1e3 / len(scene.cables)
+    return CableRow(
+        method=name,
+        cables=len(scene.cables),
+        **each,
+        rest=total - sum(each.values()),
+        total=total,
+        share=100.0 * each["translate"] / total,
+        bytes=path.stat().st_size // len(scene.cables),
+    )
+
+
+@contextmanager
+def _clocked(seconds: dict[str, float], stage: str, owner: Any, method: str) -> Iterator[None]:
+    """Add the time spent in a method of a class to a stage."""
+    held = owner.__dict__[method]
+    of_class = isinstance(held, classmethod)
+    call: Callable[..., Any] = held.__func__ if of_class else getattr(owner, method)
+
+    def clocked(*arguments: Any, **named: Any) -> Any:
+        begun = time.perf_counter()
+        try:
+            return call(*arguments, **named)
+        finally:
+            seconds[stage] = seconds.get(stage, 0.0) + time.perf_counter() - begun
+
+    setattr(owner, method, classmethod(clocked) if of_class else clocked)
+    try:
+        yield
+    finally:
+        setattr(owner, method, held)
+
+
+@contextmanager
+def _replaced(module: Any, name: str, value: Any) -> Iterator[None]:
+    """Give a module's name another value for a while; None leaves it."""
+    held = getattr(module, name)
+    setattr(module, name, held if value is None else value)
+    try:
+        yield
+    finally:
+        setattr(module, name, held)
+
+
+SCENE = """format = 1
+[[cables]]
+name = "W1"
+diameter = 4.0
+length = 350.0
+start = { position = [0, 0, 0],   outward = [0, 0, 1] }
+end   = { position = [0, 120, 0], outward = [0, 0, 1] }
+"""
+
+COMMAND_LINE = "from cablecad.cli import main; main()"
+
+
+def _starts(place: Path, repeats: int) -> list[StartRow]:
+    scene, out = place / "one.toml", place / "one.step"
+    scene.write_text(SCENE, encoding="utf-8")
+    light, heavy = "import numpy, pydantic", "import OCP.gp, numpy, pydantic"
+    commands: dict[str, Sequence[str]] = {
+        f"python -c '{light}'": (light,),
+        "cablecad solve, one cable": (COMMAND_LINE, "solve", str(scene)),
+        f"python -c '{heavy}'": (heavy,),
+        "cablecad build, one cable": (COMMAND_LINE, "build", str(scene), "-o", str(out)),
+        "python -c 'import cablecad'": ("import cablecad",),
+        "cablecad --help": (COMMAND_LINE, "--help"),
+    }
+
+    def start(arguments: Sequence[str]) -> None:
+        subprocess.run([sys.executable, "-c", *arguments], check=True, capture_output=True)
+
+    times = take_turns({name: partial(start, arguments) for name, arguments in commands.items()}, repeats)
+    yardsticks = {"cablecad solve, one cable": light, "cablecad build, one cable": heavy}
+    return [
+        StartRow(name, taken, taken / times[f"python -c '{yardsticks[name]}'"] if name in yardsticks else None)
+        for name, taken in times.items()
+    ]
