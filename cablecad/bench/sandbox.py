@@ -5,6 +5,7 @@ A fork has Open Cascade loaded already. Where there is none (Windows) nothing is
 
 from __future__ import annotations
 
+import faulthandler
 import os
 import pickle
 import select
@@ -64,6 +65,7 @@ def in_sandbox(work: Callable[[], T]) -> T:
 def _answer(work: Callable[[], object], reading: int, writing: int) -> None:
     """The child: write what became of the work, and end without a word."""
     os.close(reading)
+    faulthandler.disable()  # a death is told by the parent
     quiet = os.open(os.devnull, os.O_WRONLY)
     os.dup2(quiet, 1)
     os.dup2(quiet, 2)

@@ -1,9 +1,9 @@
 """Two-point problems: our solver cold, warm and batched beside collocation, a discrete rod and a 45-start search.
 
 Errors are taken on reference scenes that were solved to 26 digits without elliptic functions; shares and times on
-random scenes. The least energy known of a random scene is the lower of ours and of the 45-start search, which share no
-code. All times are medians over scenes of one run in which the methods take turns. Of ours both margins of stability are
-asked, which no rival knows.
+random scenes. The least energy known of a random scene is the lower of ours and of the 45-start search, which share
+no code. All times are medians over scenes of one run in which the methods take turns. Of ours both margins of
+stability are asked, which no rival knows.
 """
 
 from __future__ import annotations
