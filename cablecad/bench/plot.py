@@ -15,13 +15,14 @@ _MARKS = "osD^v<>PX*hp"
 
 
 def write_plot(table: Table, folder: Path) -> None:
-    """Write DIR/NAME.png of a table that has a plot; others are passed over.
+    """Write DIR/NAME.png of a table that has a plot and points on it; others are passed over.
 
     Raises:
         MissingDependencyError: matplotlib is not installed.
         ExchangeError: The file cannot be written.
     """
-    if table.plot is None:
+    series = {} if table.plot is None else _series(table)
+    if table.plot is None or not series:
         return
     try:
         from matplotlib.figure import Figure
@@ -29,7 +30,7 @@ def write_plot(table: Table, folder: Path) -> None:
         raise MissingDependencyError('plots need matplotlib: pip install "cablecad[plot]"') from error
     figure = Figure(figsize=(7.2, 4.6), dpi=100, layout="constrained")
     axes = figure.add_subplot()
-    for i, (name, points) in enumerate(_series(table).items()):
+    for i, (name, points) in enumerate(series.items()):
         ours = name.startswith("cablecad")
         axes.loglog(
             *zip(*points, strict=True),
