@@ -92,10 +92,19 @@ class BenchReport:
         write_bytes(folder / "report.json", text.encode("utf-8"))
         write_bytes(folder / "tables.md", self.markdown().encode("utf-8"))
 
+    def summary(self) -> str:
+        """Every figure that is aimed at, as a table in Markdown."""
+        lines = ["| what | figure | aimed at | |", "|---|---:|---:|---|"]
+        for table in self.tables:
+            for target in table.targets:
+                verdict = "holds" if target.holds else "**missed**"
+                lines.append(f"| {target.text} | {target.figure:.3g} | {target.sense} {target.bound:.3g} | {verdict} |")
+        return "\n".join(lines)
+
     def markdown(self) -> str:
-        """All tables, to be pasted into a document."""
+        """The summary and all tables, to be pasted into a document."""
         kind = "quick run" if self.quick else "full run"
-        parts = [f"{kind}: {machine_line(self.machine)}"]
+        parts = [f"{kind}: {machine_line(self.machine)}", self.summary()]
         for table in self.tables:
             parts += [f"### {table.title}", markdown_table(table)]
             parts += ["\n".join(f"* {line}" for line in [*map(str, table.targets), *table.notes])]

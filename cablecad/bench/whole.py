@@ -220,6 +220,7 @@ def _starts(place: Path, repeats: int) -> list[StartRow]:
         f"python -c '{heavy}'": (heavy,),
         "cablecad build, one cable": (COMMAND_LINE, "build", str(scene), "-o", str(out)),
         "python -c 'import cablecad'": ("import cablecad",),
+        "python -c 'import cablecad.brep.step'": ("import cablecad.brep.step",),
         "cablecad --help": (COMMAND_LINE, "--help"),
     }
 

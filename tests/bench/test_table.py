@@ -106,6 +106,11 @@ def test_files_hold_the_same_numbers_unrounded(tmp_path):
     assert shown["columns"][1] == {"key": "time", "title": "time", "unit": "ms"}
 
 
+def test_the_summary_has_every_target_with_its_verdict():
+    lines = report(Target("a", 0.123456, 0.25), Target("b", 0.1, 0.4, ">=")).summary().splitlines()
+    assert lines[2:] == ["| a | 0.123 | <= 0.25 | holds |", "| b | 0.1 | >= 0.4 | **missed** |"]
+
+
 def test_a_plot_leaves_out_what_has_no_logarithm_and_joins_rows_of_one_series(tmp_path):
     pytest.importorskip("matplotlib")
     from cablecad.bench.plot import _series, write_plot
