@@ -20,6 +20,7 @@ from OCP.TopoDS import TopoDS, TopoDS_Shape, TopoDS_Wire
 from cablecad.bench.scenes import Array
 from cablecad.brep.kernel import HArray1_gp_Pnt, array1_of_doubles, array1_of_ints, array1_of_points, silence
 from cablecad.brep.spline import DEGREE, FittedCentreline, FittedPiece
+from cablecad.centreline import Centreline
 from cablecad.errors import GeometryError
 
 CONFUSION = 1e-7
@@ -37,7 +38,7 @@ def interpolated_spine(points: Array) -> TopoDS_Wire:
 
 
 def fitted_spine(fit: FittedCentreline) -> TopoDS_Wire:
-    """Our own fit of one smooth piece, by arclength [mm]: the best spine a sweep can have."""
+    """Our own fit of one smooth piece, by arclength [mm]."""
     piece = fit.pieces[0]
     if not isinstance(piece, FittedPiece) or len(fit.pieces) != 1:
         raise GeometryError("the sweep is measured on one smooth piece; give a centreline without lead-outs")
@@ -46,6 +47,25 @@ def fitted_spine(fit: FittedCentreline) -> TopoDS_Wire:
     knots = array1_of_doubles(piece.knots * piece.length)
     poles = array1_of_points(piece.poles[:, :3])
     return _wire(Geom_BSplineCurve(poles, knots, array1_of_ints(multiplicities), DEGREE, False))
+
+
+def quintic_spine(centreline: Centreline, spans: int) -> TopoDS_Wire:
+    """A C4 quintic spline of equal spans by arclength [mm], tangent and curvature given at its ends.
+
+    The best spine for a sweep if its spans are many: no ripple of a spline at its limit has to be followed.
+    """
+    from scipy.interpolate import make_interp_spline
+
+    s = np.linspace(0.0, centreline.length, spans + 1)
+    ends = centreline.frames([0.0, centreline.length])
+    bend = centreline.bishop([0.0, centreline.length])[0]
+    second = bend[:, :1] * ends.normal + bend[:, 1:] * ends.binormal
+    conditions: Any = tuple([(1, ends.tangent[i]), (2, second[i])] for i in range(2))
+    poles = make_interp_spline(s, centreline.position(s), k=5, bc_type=conditions).c
+    multiplicities = np.ones(spans + 1, dtype=int)
+    multiplicities[[0, -1]] = 6
+    knots = array1_of_doubles(s)
+    return _wire(Geom_BSplineCurve(array1_of_points(poles), knots, array1_of_ints(multiplicities), 5, False))
 
 
 def sweep_pipe(spine: TopoDS_Wire, start: Array, tangent: Array, radius: float) -> TopoDS_Shape:
