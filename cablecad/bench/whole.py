@@ -106,8 +106,8 @@ def run(effort: Effort, tell: Tell) -> list[Table]:
                 "U-shaped cables, 300 to 400 mm long, 4 mm thick; Open Cascade already imported",
                 "tube: the self-gap of the exact curve and of the fit, the fit with its measured deviation, the faces; "
                 "check: BRepCheck, volume, area",
-                "along our fit, 1e-6 mm: the product's method = 'pipe_shell'; along 256 spans: the best one can make of "
-                "the sweep, on a spine finer than it needs",
+                "along our fit, 1e-6 mm: the product's method = 'pipe_shell'; along 256 spans: the best one can make "
+                "of the sweep, by a spine finer than it needs",
             ),
         ),
         Table(
