@@ -63,11 +63,16 @@ def main(segments: int) -> None:
 
         def constrain_values(self, system: Any, time: float) -> None:
             share = min(1.0, time / MOVING)
-            for i, (node, element) in enumerate(((0, 0), (-1, -1))):
+            for i, (node, element, inner) in enumerate(((0, 0, 1), (-1, -1, -2))):
                 system.position_collection[:2, node] = self.begin[i] + share * (self.finish[i] - self.begin[i])
                 system.position_collection[2, node] = 0.0
                 turn = math.remainder(self.turn[i] - self.angle[i], 2.0 * math.pi)
-                system.director_collection[..., element] = _director(self.angle[i] + share * turn)
+                clamp = self.angle[i] + share * turn
+                # The clamp is at the node, the director half a segment further in: a third of the way to the next
+                # one. With the clamp's own direction there the rod is as good as shorter, by a whole segment.
+                tangent = system.director_collection[2, :, inner]
+                bend = math.remainder(math.atan2(tangent[1], tangent[0]) - clamp, 2.0 * math.pi)
+                system.director_collection[..., element] = _director(clamp + bend / 3.0)
 
         def constrain_rates(self, system: Any, time: float) -> None:
             for i, (node, element) in enumerate(((0, 0), (-1, -1))):
@@ -93,7 +98,7 @@ def main(segments: int) -> None:
     simulator.append(rod)
     simulator.constrain(rod).using(Moved, constrained_position_idx=(0, -1), constrained_director_idx=(0, -1))
     step = COURANT / segments / math.sqrt(modulus * area)
-    simulator.dampen(rod).using(ea.AnalyticalLinearDamper, damping_constant=DAMPING, time_step=step)
+    simulator.dampen(rod).using(ea.AnalyticalLinearDamper, uniform_damping_constant=DAMPING, time_step=step)
     simulator.finalize()
     stepper = ea.PositionVerlet()
     begun = time.perf_counter()

@@ -113,11 +113,17 @@ def run(effort: Effort, tell: Tell) -> list[Table]:
         searched = search_45(scenes)
 
     search_time = once(search) / len(scenes.a)
-    kinds, ours, batch_times = _kinds(effort, tell, scenes, searched)
+    kinds, ours = _kinds(effort, tell, scenes, searched)
     best = np.fmin(ours, searched)
     count = effort.count(40, 6)
     tell(f"{count} scenes by every method in turn")
-    found, times = _turns(_cases(scenes.take(slice(0, count))), _methods())
+    batch_times: list[float] = []
+    together = scene_cables(scenes.take(slice(0, effort.count(1000, 100))))
+
+    def batch() -> None:
+        batch_times.append(once(lambda: _judge_all(solve_many(together))) / len(together))
+
+    found, times = _turns(_cases(scenes.take(slice(0, count))), _methods(), between=batch)
     tell("reference scenes")
     truths = planar_truths()[:: effort.count(1, 7)]
     references = Scenes(*(np.array([getattr(t, key) for t in truths]) for key in ("a", "b", "end")))
@@ -138,7 +144,7 @@ def run(effort: Effort, tell: Tell) -> list[Table]:
                 *_errors(checked[name], exact, places),
             )
         )
-    together = [_found(answer) for answer in solve_many(scene_cables(references))]
+    at_once = [_found(answer) for answer in solve_many(scene_cables(references))]
     batched = median(batch_times)
     rows.insert(
         1,
@@ -148,7 +154,7 @@ def run(effort: Effort, tell: Tell) -> list[Table]:
             batched * 1e3,
             batched / unit,
             *_shares(ours, best),
-            *_errors(together, exact, places),
+            *_errors(at_once, exact, places),
         ),
     )
     from_starts = [Found(float(e), NOTHING.points) for e in search_45(references)]
@@ -239,7 +245,7 @@ def _by_naive_collocation(case: Case) -> Callable[[], Found]:
 
 
 def _by_rod(case: Case, *, segments: int) -> Callable[[], Found]:
-    rng = np.random.default_rng(segments)
+    rng = np.random.default_rng(round(1e9 * abs(case.a)))  # of the scene: the same starts for any number of segments
     found = search_rod(case.a, case.b, case.end, segments=segments, starts=STARTS, rng=rng)
     return lambda: found
 
@@ -247,6 +253,12 @@ def _by_rod(case: Case, *, segments: int) -> Callable[[], Found]:
 def _judge(solution: RodSolution) -> None:
     verdict = solution.stability
     bool(verdict.stable_in_plane), bool(verdict.stable_out_of_plane)
+
+
+def _judge_all(answers: Sequence[Answer]) -> None:
+    for answer in answers:
+        if isinstance(answer, RodSolution):
+            _judge(answer)
 
 
 def _found(answer: Answer) -> Found:
@@ -280,11 +292,15 @@ def _guess(answer: Answer, angle: float) -> Guess | None:
     return Guess(theta, kappa, answer.position(s)[:, :2], answer.equilibrium.end.force_per_EI[:2])
 
 
-def _turns(cases: Sequence[Case], methods: dict[str, Method]) -> tuple[dict[str, list[Found]], dict[str, list[float]]]:
-    """What each method finds of each case, and its times [s], the methods taking turns."""
+def _turns(
+    cases: Sequence[Case], methods: dict[str, Method], *, between: Callable[[], object] = bool
+) -> tuple[dict[str, list[Found]], dict[str, list[float]]]:
+    """What each method finds of each case, and its times [s], the methods taking turns; `between` three times too."""
     found: dict[str, list[Found]] = {name: [] for name in methods}
     times: dict[str, list[float]] = {name: [] for name in methods}
-    for case in cases:
+    for i, case in enumerate(cases):
+        if i % max(1, len(cases) // 3) == 0:
+            between()
         for name, method in methods.items():
             begun = time.perf_counter()
             read = method(case)
@@ -312,24 +328,11 @@ def _errors(found: Sequence[Found], exact: Array, places: Array) -> tuple[float 
 # --- kinds of scenes ----------------------------------------------------------------------------------------------
 
 
-def _kinds(effort: Effort, tell: Tell, scenes: Scenes, searched: Array) -> tuple[Table, Array, list[float]]:
-    """The table of kinds; energies of the clamped scenes, infinite where unsolved; times of a scene in a batch [s]."""
+def _kinds(effort: Effort, tell: Tell, scenes: Scenes, searched: Array) -> tuple[Table, Array]:
+    """The table of kinds; energies of the clamped scenes, infinite where unsolved."""
     tell(f"{len(scenes.a)} scenes solved together")
     solve_many(scene_cables(scenes.take(slice(0, 2))))  # trial functions are made once in a process
-    answers: list[Answer] = []
-    times = []
-    size = effort.count(1000, 100)
-    for low in range(0, len(scenes.a), size):
-        some = scene_cables(scenes.take(slice(low, low + size)))
-
-        def batch(some: list[Cable] = some) -> None:
-            solved = solve_many(some)
-            for answer in solved:
-                if isinstance(answer, RodSolution):
-                    _judge(answer)
-            answers.extend(solved)
-
-        times.append(once(batch) / len(some))
+    answers = solve_many(scene_cables(scenes))
     tell("pins, and hairs of slack")
     pins = random_scenes(effort.count(300, 30), 2)
     mixed = random_scenes(effort.count(300, 30), 3)
@@ -355,7 +358,7 @@ def _kinds(effort: Effort, tell: Tell, scenes: Scenes, searched: Array) -> tuple
         targets,
         ("above, below: energies that differ by more than 1e-9 of themselves, where the 45 starts have an answer",),
     )
-    return table, _energies(answers), times
+    return table, _energies(answers)
 
 
 def _kind(name: str, answers: Sequence[Answer], searched: Array | None = None) -> KindRow:
