@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -60,13 +60,13 @@ class TubeRow:
     k: float = column("k", form="g")
     method: str = column("method")
     asked: str = column("asked")
-    time: float | None = column("time", "ms", ".3g")
-    deviation: float | None = column("deviation", "mm", ".1e")
-    poles: int | None = column("poles", form="d")
-    bytes: int | None = column("STEP", "bytes", "d")
-    valid: bool | None = column("valid")
-    volume: float | None = column("volume error", form=".1e")
-    remark: str = column("remark")
+    time: float | None = column("time", "ms", ".3g", default=None)
+    deviation: float | None = column("deviation", "mm", ".1e", default=None)
+    poles: int | None = column("poles", form="d", default=None)
+    bytes: int | None = column("STEP", "bytes", "d", default=None)
+    valid: bool | None = column("valid", default=None)
+    volume: float | None = column("volume error", form=".1e", default=None)
+    remark: str = column("remark", default="")
 
 
 def wave(k: float, waves: int = 1, length: float = LENGTH) -> Centreline:
@@ -85,7 +85,8 @@ def run(effort: Effort, tell: Tell) -> list[Table]:
     for truth in arch_truths(LENGTH):
         for tolerance in tolerances:
             tell(f"tube along k = {truth.k:g} to {tolerance:g} mm")
-            rows += _rows(truth, _to_tolerance(truth, tolerance), f"{tolerance:.0e} mm", effort.count(5, 3))
+            methods = _to_tolerance(truth, tolerance)
+            rows += _rows(truth, methods, f"{tolerance:.0e} mm", effort.count(5, 3), bound=10.0 * tolerance)
         for count in counts:
             tell(f"tube along {count} points of k = {truth.k:g}")
             rows += _rows(truth, _through_points(truth, count), f"{count} points", effort.count(5, 3))
@@ -140,8 +141,15 @@ def _through_points(truth: ArchTruth, count: int) -> dict[str, Callable[[], Topo
     return {"GeomAPI_Interpolate, MakePipe": pipe, **hosts}
 
 
-def _rows(truth: ArchTruth, methods: dict[str, Callable[[], TopoDS_Shape]], asked: str, repeats: int) -> list[TubeRow]:
-    """Measure methods in turn; one that fails gets a row that says so."""
+def _rows(
+    truth: ArchTruth,
+    methods: dict[str, Callable[[], TopoDS_Shape]],
+    asked: str,
+    repeats: int,
+    *,
+    bound: float | None = None,
+) -> list[TubeRow]:
+    """Measure methods in turn; one that fails or is off by over `bound` [mm] gets a row that says so."""
     failed: dict[str, str] = {}
     solids: dict[str, TopoDS_Shape] = {}
     for name, make in methods.items():
@@ -152,39 +160,26 @@ def _rows(truth: ArchTruth, methods: dict[str, Callable[[], TopoDS_Shape]], aske
         except SandboxError as error:
             failed[name] = str(error)
     times = take_turns({name: methods[name] for name in solids}, repeats)
-    rows = []
-    for name in methods:
-        if name in failed:
-            rows.append(TubeRow(truth.k, name, asked, None, None, None, None, None, None, failed[name]))
-            continue
-        solid, radius = solids[name], RADII[truth.k]
-        side = measure_side(solid, truth, radius)
-        try:
-            check = check_solid(solid, radius=radius, length=LENGTH)
-            size = len(step_text("tube", [], [CableSolid("tube", solid)]))
-        except GeometryError as error:
-            rows.append(
-                TubeRow(
-                    truth.k, name, asked, times[name] * 1e3, side.deviation, side.poles, None, None, None, str(error)
-                )
-            )
-            continue
-        wrong = side.deviation > 0.5 * radius and check.valid
-        rows.append(
-            TubeRow(
-                truth.k,
-                name,
-                asked,
-                times[name] * 1e3,
-                side.deviation,
-                side.poles,
-                size,
-                check.valid,
-                check.volume_error,
-                "called valid, far off" if wrong else "",
-            )
-        )
-    return rows
+    rows = [TubeRow(truth.k, name, asked, remark=failed.get(name, "")) for name in methods]
+    return [
+        _measured(row, solids[row.method], times[row.method], truth, bound) if row.method in solids else row
+        for row in rows
+    ]
+
+
+def _measured(row: TubeRow, solid: TopoDS_Shape, time: float, truth: ArchTruth, bound: float | None) -> TubeRow:
+    """A row with what there is to say of its solid."""
+    radius = RADII[truth.k]
+    side = measure_side(solid, truth, radius)
+    row = replace(row, time=time * 1e3, deviation=side.deviation, poles=side.poles)
+    try:
+        check = check_solid(solid, radius=radius, length=LENGTH)
+        size = len(step_text("tube", [], [CableSolid("tube", solid)]))
+    except GeometryError as error:
+        return replace(row, remark=str(error))
+    far = side.deviation > (0.5 * radius if bound is None else bound)
+    remark = "off by far more than asked, called valid" if far and check.valid else ""
+    return replace(row, bytes=size, valid=check.valid, volume=check.volume_error, remark=remark)
 
 
 def _targets(rows: Sequence[TubeRow]) -> list[Target]:
