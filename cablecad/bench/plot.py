@@ -26,6 +26,7 @@ def write_plot(table: Table, folder: Path) -> None:
         return
     try:
         from matplotlib.figure import Figure
+        from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
     except ImportError as error:
         raise MissingDependencyError('plots need matplotlib: pip install "cablecad[plot]"') from error
     figure = Figure(figsize=(7.2, 4.6), dpi=100, layout="constrained")
@@ -43,7 +44,10 @@ def write_plot(table: Table, folder: Path) -> None:
     columns = {item.key: item for item in table.columns}
     axes.set_xlabel(columns[table.plot.x].heading)
     axes.set_ylabel(columns[table.plot.y].heading)
-    axes.set_title(table.title, fontsize="medium")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if _is_short(series) else (1.0,)))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.set_title(table.plot.title or table.title, fontsize="medium")
     axes.grid(True, which="major", linewidth=0.4)
     axes.legend(fontsize="x-small", loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
     stream = io.BytesIO()
@@ -63,6 +67,12 @@ def _series(table: Table) -> dict[str, list[tuple[float, float]]]:
         if name is not None and _positive(x) and _positive(y):
             found.setdefault(name, []).append((float(x), float(y)))  # type: ignore[arg-type]
     return found
+
+
+def _is_short(series: dict[str, list[tuple[float, float]]]) -> bool:
+    """Whether the axis along is of two decades at most, where tens alone would be too few numbers on it."""
+    along = [x for points in series.values() for x, _ in points]
+    return max(along) < 100.0 * min(along)
 
 
 def _positive(value: Any) -> bool:

@@ -80,11 +80,13 @@ class Plot:
         x: Key of the column along.
         y: Key of the column across.
         series: Gives a row's curve its name; rows of one name are joined in their order. None leaves a row out.
+        title: Above it; the table's if empty.
     """
 
     x: str
     y: str
     series: Callable[[Any], str | None]
+    title: str = ""
 
 
 @dataclass(frozen=True)

@@ -52,6 +52,9 @@ OURS = "cablecad"
 SHELL, SHELL_256 = "MakePipeShell along our fit", "MakePipeShell along 256 spans"
 TARGET_TOLERANCE = 1e-6
 
+PLOTTED = 0.8
+"""The modulus of the plot: a strongly bent curve."""
+
 
 @dataclass(frozen=True)
 class TubeRow:
@@ -83,13 +86,16 @@ def run(effort: Effort, tell: Tell) -> list[Table]:
     counts = (64, 256) if effort.quick else (16, 64, 256, 1024)
     rows: list[TubeRow] = []
     for truth in arch_truths(LENGTH):
+        tries: list[_Try] = []
         for tolerance in tolerances:
             tell(f"tube along k = {truth.k:g} to {tolerance:g} mm")
-            methods = _to_tolerance(truth, tolerance)
-            rows += _rows(truth, methods, f"{tolerance:.0e} mm", effort.count(5, 3), bound=10.0 * tolerance)
+            for name, make in _to_tolerance(truth, tolerance).items():
+                tries.append(_try(truth, name, f"{tolerance:.0e} mm", make, 10.0 * tolerance))
         for count in counts:
             tell(f"tube along {count} points of k = {truth.k:g}")
-            rows += _rows(truth, _through_points(truth, count), f"{count} points", effort.count(5, 3))
+            for name, make in _through_points(truth, count).items():
+                tries.append(_try(truth, name, f"{count} points", make, 0.5 * RADII[truth.k]))
+        rows += _timed(tries, effort.count(5, 3))
     return [
         Table(
             "tube",
@@ -105,7 +111,12 @@ def run(effort: Effort, tell: Tell) -> list[Table]:
                 "MakePipe and the hosts: along interpolated points",
                 f"hosts installed: {', '.join(installed_hosts()) or 'none'}",
             ),
-            Plot("time", "deviation", lambda row: f"{row.method}, k = {row.k:g}" if row.k != 0.8 else None),
+            Plot(
+                "time",
+                "deviation",
+                lambda row: row.method if row.k == PLOTTED else None,
+                f"Tubes along a wave of the elastica, k = {PLOTTED:g}, {LENGTH:g} mm",
+            ),
         )
     ]
 
@@ -141,45 +152,39 @@ def _through_points(truth: ArchTruth, count: int) -> dict[str, Callable[[], Topo
     return {"GeomAPI_Interpolate, MakePipe": pipe, **hosts}
 
 
-def _rows(
-    truth: ArchTruth,
-    methods: dict[str, Callable[[], TopoDS_Shape]],
-    asked: str,
-    repeats: int,
-    *,
-    bound: float | None = None,
-) -> list[TubeRow]:
-    """Measure methods in turn; one that fails or is off by over `bound` [mm] gets a row that says so."""
-    failed: dict[str, str] = {}
-    solids: dict[str, TopoDS_Shape] = {}
-    for name, make in methods.items():
+@dataclass(frozen=True)
+class _Try:
+    """A way to make a solid, and what there is to say of the solid; without a time yet, or for ever if it failed."""
+
+    make: Callable[[], TopoDS_Shape]
+    row: TubeRow
+
+
+def _try(truth: ArchTruth, name: str, asked: str, make: Callable[[], TopoDS_Shape], bound: float) -> _Try:
+    """Make a solid and measure it; a rival's first in a process it may kill. Off by over `bound` [mm] is remarkable."""
+    row, radius = TubeRow(truth.k, name, asked), RADII[truth.k]
+    if name != OURS:
         try:
-            if name != OURS:
-                in_sandbox(lambda make=make: make() and None)  # type: ignore[misc]
-            solids[name] = make()
+            in_sandbox(lambda: make() and None)
         except SandboxError as error:
-            failed[name] = str(error)
-    times = take_turns({name: methods[name] for name in solids}, repeats)
-    rows = [TubeRow(truth.k, name, asked, remark=failed.get(name, "")) for name in methods]
-    return [
-        _measured(row, solids[row.method], times[row.method], truth, bound) if row.method in solids else row
-        for row in rows
-    ]
-
-
-def _measured(row: TubeRow, solid: TopoDS_Shape, time: float, truth: ArchTruth, bound: float | None) -> TubeRow:
-    """A row with what there is to say of its solid."""
-    radius = RADII[truth.k]
+            return _Try(make, replace(row, remark=str(error)))
+    solid = make()
     side = measure_side(solid, truth, radius)
-    row = replace(row, time=time * 1e3, deviation=side.deviation, poles=side.poles)
+    row = replace(row, deviation=side.deviation, poles=side.poles)
     try:
         check = check_solid(solid, radius=radius, length=LENGTH)
         size = len(step_text("tube", [], [CableSolid("tube", solid)]))
     except GeometryError as error:
-        return replace(row, remark=str(error))
-    far = side.deviation > (0.5 * radius if bound is None else bound)
-    remark = "off by far more than asked, called valid" if far and check.valid else ""
-    return replace(row, bytes=size, valid=check.valid, volume=check.volume_error, remark=remark)
+        return _Try(make, replace(row, remark=str(error)))
+    remark = "off by far more than asked, called valid" if side.deviation > bound and check.valid else ""
+    return _Try(make, replace(row, bytes=size, valid=check.valid, volume=check.volume_error, remark=remark))
+
+
+def _timed(tries: Sequence[_Try], repeats: int) -> list[TubeRow]:
+    """Rows with the times of those that made a solid: all methods and tolerances of a curve take turns."""
+    made = {i: one.make for i, one in enumerate(tries) if one.row.deviation is not None}
+    times = take_turns(made, repeats)
+    return [replace(one.row, time=times[i] * 1e3) if i in times else one.row for i, one in enumerate(tries)]
 
 
 def _targets(rows: Sequence[TubeRow]) -> list[Target]:

@@ -11,7 +11,7 @@ from cablecad.bench.hard_functions import function_rows
 from cablecad.bench.scenes import random_scenes
 from cablecad.bench.stage import STAGES
 from cablecad.bench.truth import arch_truths
-from cablecad.bench.tubes import OURS, RADII, TubeRow, _rows, _targets
+from cablecad.bench.tubes import OURS, RADII, TubeRow, _targets, _timed, _try
 
 
 def test_rivals_take_turns_after_one_call_that_does_not_count():
@@ -95,7 +95,7 @@ def test_a_rival_that_fails_gets_a_row_that_says_so():
     def fail():
         raise RuntimeError("it broke")
 
-    (found,) = _rows(arch_truths(1000.0)[0], {"a sweep": fail}, "64 points", 1)
+    (found,) = _timed([_try(arch_truths(1000.0)[0], "a sweep", "64 points", fail, 1.0)], 1)
     assert (found.time, found.deviation, found.valid, found.remark) == (None, None, None, "it broke")
     assert found.k in RADII
 
