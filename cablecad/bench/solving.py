@@ -107,7 +107,7 @@ NOTHING = Found(np.inf, np.full((9, 2), np.nan))
 
 def run(effort: Effort, tell: Tell) -> list[Table]:
     """The stage."""
-    scenes = random_scenes(effort.count(2000, 100), 1)
+    scenes = random_scenes(effort.count(2000, 60), 1)
     tell(f"{len(scenes.a)} scenes by a search from 45 starts")
     searched = np.empty(0)
 
@@ -118,17 +118,17 @@ def run(effort: Effort, tell: Tell) -> list[Table]:
     search_time = once(search) / len(scenes.a)
     kinds, ours = _kinds(effort, tell, scenes, searched)
     best = np.fmin(ours, searched)
-    count = effort.count(40, 6)
+    count = effort.count(40, 4)
     tell(f"{count} scenes by every method in turn")
     batch_times: list[float] = []
-    together = scene_cables(scenes.take(slice(0, effort.count(1000, 100))))
+    together = scene_cables(scenes.take(slice(0, effort.count(1000, 60))))
 
     def batch() -> None:
         batch_times.append(once(lambda: _judge_all(solve_many(together))) / len(together))
 
     found, times = _turns(_cases(scenes.take(slice(0, count))), _methods(), between=batch)
     tell("reference scenes")
-    truths = planar_truths()[:: effort.count(1, 7)]
+    truths = planar_truths()[:: effort.count(1, 10)]
     references = Scenes(*(np.array([getattr(t, key) for t in truths]) for key in ("a", "b", "end")))
     checked, _ = _turns(_cases(references), _methods())
     exact = np.array([t.energy for t in truths])
@@ -188,7 +188,7 @@ def _table(rows: Sequence[SolveRow], effort: Effort, references: int) -> Table:
             Target("solve: the same, a warm step", taken[WARM], 0.1),
         ],
         (
-            f"solve_many takes {effort.count(1000, 100)} scenes together; at the least energy: within 1 % of the lower "
+            f"solve_many takes {effort.count(1000, 60)} scenes together; at the least energy: within 1 % of the lower "
             "of ours and of the 45 starts",
             f"errors: medians over those of {references} reference scenes (26 digits) where the method is at the least "
             "energy; of energy relative, of nine points the largest component",
