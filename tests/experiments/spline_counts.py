@@ -2,7 +2,7 @@
 
 1. `SAMPLES_A_SPAN` and the angles around the circle: by how much the sampled maximum misses the one of 100 samples a
    span and 180 angles. (The report promises 16 samples; the crest is in the middle of a span, where 4 find it too.)
-2. `_AIM`, `_LEAST_DENSITY` and the samples of the density: knots and fits that are needed, over curves and tolerances.
+2. `_AIM`, `_LEAST_DENSITY` and `_NEXT_TERM`: knots and fits that are needed, over curves and tolerances.
    A second fit costs more than some knots; knots are bytes in every file.
 
 The product's own choice is marked with *.
@@ -87,7 +87,6 @@ def knots(name, values):
 
 if __name__ == "__main__":
     samples()
-    knots("_AIM", (0.2, 0.35, 0.5, 0.6, 0.7, 0.8, 0.9, 0.97))
+    knots("_AIM", (0.1, 0.15, 0.2, 0.3, 0.5, 0.7, 0.8, 0.9))
     knots("_LEAST_DENSITY", (0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 1.0))
     knots("_NEXT_TERM", (0.0, 0.2, 0.45, 0.9))
-    knots("_DENSITY_SAMPLES", (17, 33, 65, 129, 257, 513))
