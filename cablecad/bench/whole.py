@@ -201,9 +201,16 @@ def _swept(name: str) -> Iterator[None]:
     """Let a rival's sweep stand in for the faces of ours, in the pipeline as it is."""
     from cablecad.bench.sweeps import quintic_spine, sweep_pipe_shell
     from cablecad.brep import tube
-    from cablecad.pipeline import scene
+    from cablecad.pipeline import cable
 
-    def along_256_spans(outcome: CableOutcome, solution: RodSolution, tolerance: float) -> TopoDS_Solid:
+    def along_our_fit(
+        outcome: CableOutcome, solution: RodSolution, tolerance: float, _method: object = None
+    ) -> TopoDS_Solid:
+        return make_solid(outcome, solution, tolerance, "pipe_shell")
+
+    def along_256_spans(
+        outcome: CableOutcome, solution: RodSolution, tolerance: float, _method: object = None
+    ) -> TopoDS_Solid:
         def build_tube(_fit: object, radius: float, **_method: object) -> TopoDS_Shape:
             start = solution.centreline.frames([0.0])
             spine = quintic_spine(solution.centreline, 256)
@@ -215,8 +222,7 @@ def _swept(name: str) -> Iterator[None]:
     if name == OURS:
         yield
     else:
-        sweep = partial(make_solid, method="pipe_shell") if name == SHELL else along_256_spans
-        with _replaced(scene, "make_solid", sweep):
+        with _replaced(cable, "make_solid", along_our_fit if name == SHELL else along_256_spans):
             yield
 
 
