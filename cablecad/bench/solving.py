@@ -184,8 +184,8 @@ def _table(rows: Sequence[SolveRow], effort: Effort, references: int) -> Table:
         rows,
         [
             Target("solve: time over solve_bvp's at 1e-6 from a good start: cold", taken[COLD], 1.0),
-            Target("solve: the same, solved together", taken[BATCHED], 0.3),
-            Target("solve: the same, a warm step", taken[WARM], 0.1),
+            Target("solve: time over solve_bvp's likewise: solved together", taken[BATCHED], 0.3),
+            Target("solve: time over solve_bvp's likewise: a warm step", taken[WARM], 0.1),
         ],
         (
             f"solve_many takes {effort.count(1000, 60)} scenes together; at the least energy: within 1 % of the lower "
