@@ -39,6 +39,7 @@ def test_python_solve_needs_numpy_only(tmp_path) -> None:
     [
         (["--help"], set()),
         (["build", "--help"], set()),
+        (["bench", "--help"], set()),
         (["schema"], {"pydantic"}),
         (["new", "scene.toml"], {"pydantic"}),
         (["solve", "scene.toml", "--json"], {"pydantic", "numpy"}),

@@ -1,4 +1,4 @@
-"""The command line: `cablecad build | solve | check | resolve | schema | new`, one file a subcommand.
+"""The command line: `cablecad build | solve | check | resolve | schema | new | bench`, one file a subcommand.
 
 stdout carries the result alone, stderr all else.
 """

@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 from cablecad.errors import CablecadError, GeometryError, InvalidTubeError, Mistake, SceneError
@@ -43,13 +44,18 @@ class Built:
         cable: What was asked.
         solution: The solved rod.
         solid: `solid.wrapped` is the `TopoDS_Solid`.
-        report: As `cablecad build --report` writes it for a cable.
+        outcome: What the report is made of.
     """
 
     cable: Cable
     solution: RodSolution
     solid: Solid
-    report: dict[str, Any]
+    outcome: CableOutcome
+
+    @cached_property
+    def report(self) -> dict[str, Any]:
+        """As `cablecad build --report` writes it for a cable; made when asked for, as it measures every equilibrium."""
+        return cable_report(self.outcome)
 
     @property
     def name(self) -> str:
@@ -111,7 +117,7 @@ def build_outcome(
     """Make the solid of a solved cable; fills in the outcome as it goes, and raises as `make_solid`."""
     outcome.solution = solution
     solid = make_solid(outcome, solution, tolerance, method)
-    return Built(outcome.cable, solution, Solid(solid), cable_report(outcome))
+    return Built(outcome.cable, solution, Solid(solid), outcome)
 
 
 def make_solid(

@@ -1,7 +1,6 @@
-"""What the planar solver is compared with: a literal multi-start search, a discrete elastic rod, and `solve_bvp`.
+"""A literal multi-start search, to compare the planar solver with: 5 windings x 9 shapes, each by Newton's method.
 
-None of them shares code with the solver. Units: L = EI = 1, the start is the origin. All of them are given the ends as
-angles and a place, and only the energies they find are used.
+It shares no code with the solver: an augmented Lagrangian over trial functions of its own.
 """
 
 from __future__ import annotations
@@ -9,26 +8,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-
-_TURN = 2.0 * np.pi
-
-
-class Scenes(NamedTuple):
-    """Two-point problems: angles at the ends, shape (n,), and the place of the end, shape (n, 2)."""
-
-    a: Array
-    b: Array
-    end: Array
-
-    def take(self, index: slice | NDArray[np.int64]) -> Scenes:
-        """Some of them."""
-        return Scenes(self.a[index], self.b[index], self.end[index])
-
-
-# ---- 45 starts: 5 windings x 9 shapes, each by Newton's method on an augmented Lagrangian
+from cablecad.bench.scenes import TURN, Array, Scenes
 
 _SHAPES = np.array([(0, 0), (3, 0), (-3, 0), (0, 3), (0, -3), (3, 3), (-3, -3), (3, -3), (-3, 3)], dtype=float)
 _WINDINGS = np.arange(-2, 3)
@@ -68,8 +49,8 @@ def search_45(scenes: Scenes) -> Array:
         rows = slice(low, min(low + 200, len(scenes.a)))
         some = scenes.take(rows)
         count, each = len(some.a), len(_WINDINGS) * len(_SHAPES)
-        turn = (some.b - some.a + np.pi) % _TURN - np.pi
-        finish = some.a[:, None] + turn[:, None] + _TURN * _WINDINGS
+        turn = (some.b - some.a + np.pi) % TURN - np.pi
+        finish = some.a[:, None] + turn[:, None] + TURN * _WINDINGS
         finish = np.repeat(finish, len(_SHAPES), axis=1).ravel()
         many = Scenes(np.repeat(some.a, each), finish, np.repeat(some.end, each, axis=0))
         c = np.zeros((len(finish), _COARSE))
@@ -176,105 +157,3 @@ def _resampled(coarse: _Basis, fine: _Basis) -> Array:
     fit = np.polynomial.chebyshev.chebfit(2.0 * coarse.s - 1.0, coarse.values / bubble[:, None], modes - 1)
     value: Array = (fine.s * (1.0 - fine.s))[:, None] * np.polynomial.chebyshev.chebval(2.0 * fine.s - 1.0, fit).T
     return value
-
-
-# ---- a discrete elastic rod: rigid segments, springs between them, by scipy's L-BFGS on an augmented Lagrangian
-
-
-def discrete_rod(a: float, b: float, end: Array, *, segments: int, start: Array, winding: int) -> tuple[float, Array]:
-    """Minimise the energy of a chain of rigid segments from one start.
-
-    The springs sit between segments and, of half the length, at the clamps. Unknowns are the turns at the springs
-    times sqrt(N), in which the energy is nearly |x|^2/2: L-BFGS needs no other scaling. The turns' sum (the end's
-    angle) and the end's place are constraints.
-
-    Args:
-        a: Angle at the start.
-        b: Angle at the end.
-        end: Its place, shape (2,).
-        segments: N.
-        start: Turns over sqrt(segments) of the springs, shape (N + 1,).
-        winding: Full turns added to b - a from where it lies within half a turn.
-
-    Returns:
-        The energy (inf where the constraints were not met) and the turns.
-    """
-    from scipy.optimize import minimize
-
-    h = 1.0 / segments
-    stiff = np.full(segments + 1, 1.0)
-    stiff[[0, -1]] = 2.0  # half a segment between clamp and centre: twice the stiffness
-    total = (b - a + np.pi) % _TURN - np.pi + _TURN * winding
-    lam, penalty = np.zeros(3), 100.0
-    root = np.sqrt(h)
-
-    def missing_of(x: Array) -> tuple[Array, Array, Array]:
-        turn = np.cumsum(x) * root
-        theta = a + turn[:-1]
-        cosine, sine = np.cos(theta), np.sin(theta)
-        return cosine, sine, np.array([h * cosine.sum() - end[0], h * sine.sum() - end[1], turn[-1] - total])
-
-    def merit(x: Array) -> tuple[float, Array]:
-        cosine, sine, missing = missing_of(x)
-        pull = lam + penalty * missing
-        # int kappa^2/2: turn^2/(2 h) with turn = sqrt(h) x.
-        value = 0.5 * float(stiff @ (x * x)) + float(lam @ missing) + 0.5 * penalty * float(missing @ missing)
-        swing = np.append(h * (pull[1] * cosine - pull[0] * sine), pull[2])
-        return value, stiff * x + root * np.cumsum(swing[::-1])[::-1]
-
-    x, size = start, np.inf
-    for _ in range(20):
-        found = minimize(merit, x, jac=True, method="L-BFGS-B", options={"maxiter": 400, "maxcor": 20, "ftol": 1e-13})
-        x = found.x
-        missing = missing_of(x)[2]
-        lam = lam + penalty * missing
-        old, size = size, float(np.abs(missing).max())
-        if size < 1e-6:
-            # To first order what is missing costs lam.missing.
-            return 0.5 * float(stiff @ (x * x)) + float(lam @ missing), x
-        if size > 0.25 * old and penalty < 1e5:
-            penalty *= 4.0
-    return np.inf, x
-
-
-def rival_energy(a: float, b: float, end: Array, rng: np.random.Generator, starts: int) -> tuple[float, float]:
-    """The least energy of a rod of 200 segments from random starts, and its discretisation error.
-
-    The error goes with h^2: a third of the difference to 100 segments, started from the same shape.
-    """
-    best, shape, turns = np.inf, np.zeros(201), 0
-    s = np.linspace(0.0, 1.0, 201)
-    for i in range(starts):
-        winding = int(rng.integers(-1, 2)) if i else 0
-        waves = sum(rng.normal() * 6.0 / k * np.cos(k * np.pi * s + rng.uniform(0, _TURN)) for k in range(1, 4))
-        energy, x = discrete_rod(a, b, end, segments=200, start=waves / np.sqrt(200.0), winding=winding)
-        if energy < best:
-            best, shape, turns = energy, x, winding
-    if not np.isfinite(best):
-        return best, np.inf
-    # Two springs of the fine rod are one of the coarse; end springs keep theirs.
-    fine = np.cumsum(shape) / np.sqrt(200.0)
-    middles = (fine[:-1:2] + fine[1:-1:2]) / 2.0
-    coarse = np.diff(np.concatenate([[0.0], middles, fine[-1:]])) * np.sqrt(100.0)
-    rough, _ = discrete_rod(a, b, end, segments=100, start=coarse, winding=turns)
-    return best, abs(best - rough) / 3.0
-
-
-# ---- collocation
-
-
-def boundary_value(scenes: Scenes, i: int, guess: tuple[Array, Array, Array, Array]) -> None:
-    """`scipy.integrate.solve_bvp` at tol 1e-6 from nine points (s, angle, curvature, place) and a force, 1 % off."""
-    from scipy.integrate import solve_bvp
-
-    theta, kappa, place, force = guess
-    a, end = scenes.a[i], scenes.end[i]
-
-    def slope(_: Array, y: Array, p: Array) -> Array:
-        return np.vstack([y[1], p[0] * np.sin(y[0]) - p[1] * np.cos(y[0]), np.cos(y[0]), np.sin(y[0])])
-
-    def unmet(u: Array, v: Array, _: Array) -> Array:
-        return np.array([u[0] - a, u[2], u[3], v[0] - theta[-1], v[2] - end[0], v[3] - end[1]])
-
-    s = np.linspace(0.0, 1.0, len(theta))
-    solve_bvp(slope, unmet, s, np.vstack([theta, kappa, place.T]) * 1.01, p=force * 1.01, tol=1e-6)

@@ -1,0 +1,97 @@
+"""What chose the counts of the planar solver: ``python planar_counts.py [seed]``, about three minutes.
+
+1. Modes of the final Newton's method, `SMOOTH_MODES` and `SHARP_MODES`: too few, and the polish from there does not
+   end below the residual (an equilibrium is lost); too many cost time.
+2. Starts: how many of the bends are needed for no least energy to lie above the best known.
+3. `CHUNK`: scenes that go through together; time of a scene, and the greatest memory numpy held.
+
+Each line prints what was tried, then what it lost or took; the product's own choice is marked with *.
+"""
+
+import sys
+import time
+import tracemalloc
+
+import numpy as np
+
+from cablecad.bench.scenes import random_scenes
+from cablecad.bench.search import search_45
+from cablecad.rod import planar, starts
+
+COUNT = 500
+
+
+def say(line):
+    sys.stdout.write(line + "\n")
+    sys.stdout.flush()
+
+
+def solve(scenes, **how):
+    begun = time.perf_counter()
+    found = planar.solve_planar(scenes.a, scenes.b, scenes.end, **how)
+    taken = (time.perf_counter() - begun) / len(scenes.a) * 1e3
+    energy = np.full(len(scenes.a), np.inf)
+    stable = found.equilibria.stable_in_plane
+    np.minimum.at(energy, found.equilibria.scene[stable], found.equilibria.energy[stable])
+    return energy, int(np.count_nonzero(stable)), taken
+
+
+def give(name, value):
+    """Another value for a constant, in every module that has taken it over."""
+    for module in [module for key, module in sys.modules.items() if key.startswith("cablecad.rod.")]:
+        if name in vars(module):
+            setattr(module, name, value)
+
+
+def mark(chosen):
+    return "*" if chosen else " "
+
+
+def modes(scenes, best):
+    say(f"modes of the final method, {COUNT} scenes: unsolved, above the best known, stable met, ms a scene")
+    smooth, sharp = planar.SMOOTH_MODES, planar.SHARP_MODES
+    for pair in ((12, 44), (16, 44), (20, 44), (24, 44), (32, 44), (24, 28), (24, 36), (24, 52), (24, 60)):
+        give("SMOOTH_MODES", pair[0])
+        give("SHARP_MODES", pair[1])
+        energy, met, taken = solve(scenes)
+        above = np.count_nonzero(energy > best * (1.0 + 1e-9))
+        lost = np.count_nonzero(~np.isfinite(energy))
+        say(f" {mark(pair == (smooth, sharp))} {pair[0]} and {pair[1]}: {lost}, {above}, {met}, {taken:.2f}")
+    give("SMOOTH_MODES", smooth)
+    give("SHARP_MODES", sharp)
+
+
+def bends(scenes, best):
+    say("starts: bends a winding: above the best known, stable met, ms a scene")
+    chosen = starts._BENDS
+    for some in (chosen[:1], chosen[:3], chosen[1:3], chosen[3:], chosen, starts._MORE_BENDS):
+        starts._BENDS = some
+        energy, met, taken = solve(scenes)
+        above = np.count_nonzero(energy > best * (1.0 + 1e-9))
+        say(f" {mark(some is chosen)} {len(some)} from {some[0]}: {above}, {met}, {taken:.2f}")
+    starts._BENDS = chosen
+
+
+def chunks(scenes):
+    say("scenes together: ms a scene, MB")
+    chosen = planar.CHUNK
+    for size in (1, 8, 32, 128, 256, 512, 1024, 2048):
+        planar.CHUNK = size
+        some = scenes.take(slice(0, max(40, min(size, len(scenes.a)))))
+        taken = min(solve(some)[2] for _ in range(2))
+        tracemalloc.start()
+        solve(some)
+        held = tracemalloc.get_traced_memory()[1] / 1e6
+        tracemalloc.stop()
+        say(f" {mark(size == chosen)} {size}: {taken:.2f}, {held:.0f}")
+    planar.CHUNK = chosen
+
+
+if __name__ == "__main__":
+    seed = int(sys.argv[1]) if len(sys.argv) > 1 else 1
+    some = random_scenes(COUNT, seed)
+    solve(some.take(slice(0, 2)))  # trial functions are made once in a process
+    least = np.fmin(solve(some, search="wide")[0], search_45(some))
+    modes(some, least)
+    bends(some, least)
+    chunks(random_scenes(2048, seed + 1))

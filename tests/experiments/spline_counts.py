@@ -1,0 +1,92 @@
+"""What chose the counts of the fit and of its measured deviation: ``python spline_counts.py``, about a minute.
+
+1. `SAMPLES_A_SPAN` and the angles around the circle: by how much the sampled maximum misses the one of 100 samples a
+   span and 180 angles. (The report promises 16 samples; the crest is in the middle of a span, where 4 find it too.)
+2. `_AIM`, `_LEAST_DENSITY` and `_NEXT_TERM`: knots and fits that are needed, over curves and tolerances.
+   A second fit costs more than some knots; knots are bytes in every file.
+
+The product's own choice is marked with *.
+"""
+
+import math
+import sys
+import time
+
+import numpy as np
+
+from cablecad.bench.tubes import RADII, wave
+from cablecad.brep import spline
+from cablecad.centreline import Centreline
+
+TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8)
+
+
+def say(line):
+    sys.stdout.write(line + "\n")
+    sys.stdout.flush()
+
+
+def curves():
+    for k, radius in RADII.items():
+        yield wave(k), radius
+
+
+def samples():
+    say("samples a span, angles: the greatest share by which the sampled deviation is too small")
+    for per_span, around in ((1, 64), (3, 64), (4, 64), (7, 64), (16, 64), (32, 64), (16, 4), (16, 16), (16, 128)):
+        worst = 0.0
+        for curve, radius in curves():
+            for tolerance in (1e-3, 1e-6):
+                piece = spline.fit_centreline(curve, radius, tolerance=tolerance).pieces[0]
+                worst = max(
+                    worst,
+                    1.0 - deviation(curve, piece, radius, per_span, around) / deviation(curve, piece, radius, 100, 180),
+                )
+        chosen = per_span == spline.SAMPLES_A_SPAN and around == len(spline._ANGLES)
+        say(f" {'*' if chosen else ' '} {per_span}, {around}: {100.0 * worst:.2f} %")
+
+
+def deviation(curve, piece, radius, per_span, around):
+    """The distance of points of equal parameters, straight from its definition."""
+    steps = np.arange(per_span) / per_span
+    s = np.append((piece.knots[:-1, None] + np.diff(piece.knots)[:, None] * steps).ravel(), 1.0) * piece.length
+    exact = curve.frames(s)
+    p, n, b = np.split(piece.evaluate(s) - np.hstack([exact.position, exact.normal, exact.binormal]), 3, axis=1)
+    worst = 0.0
+    for angle in np.linspace(0.0, 2.0 * math.pi, around, endpoint=False):
+        off = p + radius * (math.cos(angle) * n + math.sin(angle) * b)
+        worst = max(worst, float(np.linalg.norm(off, axis=1).max()))
+    return worst
+
+
+def knots(name, values):
+    say(f"{name}: knots in all, fits in all (one a curve is the least), ms in all")
+    chosen = getattr(spline, name)
+    interpolate = spline._interpolate
+    for value in values:
+        setattr(spline, name, value)
+        fits = 0
+
+        def counted(*arguments):
+            nonlocal fits
+            fits += 1
+            return interpolate(*arguments)
+
+        spline._interpolate = counted
+        spans, least = 0, 0
+        begun = time.perf_counter()
+        for curve, radius in curves():
+            for tolerance in TOLERANCES:
+                spans += spline.fit_centreline(Centreline(curve.pieces), radius, tolerance=tolerance).spans
+                least += 1
+        taken = (time.perf_counter() - begun) * 1e3
+        spline._interpolate = interpolate
+        say(f" {'*' if value == chosen else ' '} {value}: {spans}, {fits} ({least}), {taken:.0f}")
+    setattr(spline, name, chosen)
+
+
+if __name__ == "__main__":
+    samples()
+    knots("_AIM", (0.1, 0.15, 0.2, 0.3, 0.5, 0.7, 0.8, 0.9))
+    knots("_LEAST_DENSITY", (0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 1.0))
+    knots("_NEXT_TERM", (0.0, 0.2, 0.45, 0.9))
