@@ -13,6 +13,7 @@ _COMMANDS = {
     "solve": "Solve a scene and print what its cables are like; no solids.",
     "check": "Judge a scene as build would, every rule strictly, and write nothing.",
     "resolve": "Print a scene with numbers in place of the ends on parts.",
+    "batch": "Build or solve many variants: rows of a table, a grid, or many scene files.",
     "schema": "Print the JSON Schema of a scene file.",
     "new": "Write a commented starter scene.",
 }
@@ -49,7 +50,7 @@ class _LazyGroup(click.Group):
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog=_EXAMPLES
     + "Exit codes: 0 done, 1 a bug, 2 usage or an invalid scene, 3 no such shape, 4 geometry or a rule failed its "
-    "check, 5 a file could not be read or written, 130 interrupted.",
+    "check, 5 a file could not be read or written, 6 a batch with some failures, 130 interrupted.",
 )
 @click.version_option(__version__, prog_name="cablecad")
 def cablecad() -> None:

@@ -4,6 +4,7 @@
 """
 
 from cablecad.pipeline.cable import Built, Search, Solid, build, build_solution, solve, solve_many
+from cablecad.pipeline.documents import Documents
 from cablecad.pipeline.scene import (
     Progress,
     SceneRun,
@@ -13,11 +14,13 @@ from cablecad.pipeline.scene import (
     resolve_ends,
     run_build,
     solve_scene,
+    solve_scenes,
 )
 from cablecad.pipeline.write import check_output, write_step
 
 __all__ = [
     "Built",
+    "Documents",
     "Progress",
     "SceneRun",
     "Search",
@@ -33,5 +36,6 @@ __all__ = [
     "solve",
     "solve_many",
     "solve_scene",
+    "solve_scenes",
     "write_step",
 ]
