@@ -13,8 +13,8 @@ from cablecad.cli.session import note_all, progress_bar, say, scene_argument, sh
 from cablecad.errors import CablecadError, ExchangeError, UsageError
 
 if TYPE_CHECKING:
-    from cablecad.model import Scene
     from cablecad.picture.plot import Plot
+    from cablecad.scene import RawScene, Target
 
 SOME_FAILED = 6
 
@@ -88,32 +88,32 @@ def plot(scene_path: Path, output: Path | None, cables: tuple[str, ...], family:
 
 def _plot_family(scene_path: Path, output: Path, family: str, file_format: str) -> int:
     """Draw a family; values without a solution are left out and named."""
+    from cablecad.batch import grid_rows
     from cablecad.picture.family_plot import Member
     from cablecad.picture.plot import family_plots
     from cablecad.pipeline import solve_scene
-    from cablecad.scene import load_data, parse_sweep, resolve_scene, with_value
 
-    sweep = parse_sweep(family)
-    data = load_data(scene_path)
-    name, members = None, []
+    rows = grid_rows(scene_path, [family], source="--family")
+    ((target, values),) = rows.axes
+    name, steps = _cable_of(target, rows.base)
+    if not all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+        raise UsageError(f"{family!r}: a family is drawn over numbers; give numbers for {target.name}")
+    members: list[Member] = []
     failed: list[tuple[float, CablecadError]] = []
-    with progress_bar(len(sweep.values) + 1) as progress:
-        for value in sweep.values:
+    with progress_bar(len(values) + 1) as progress:
+        for row, value in zip(rows, values, strict=True):
             try:
-                scene = resolve_scene(with_value(data, sweep.place, value), source=scene_path)
-                name = name or _cable_of(sweep.place, scene)
+                scene = row.resolve()
                 cables = tuple(cable for cable in scene.cables if cable.name == name)
                 run = solve_scene(replace(scene, cables=cables), progress=progress)
                 run.raise_first()
                 members += [Member(value, one.solution) for one in run.outcomes if one.solution is not None]
-            except UsageError:  # the same for every value
-                raise
             except CablecadError as problem:
                 failed.append((value, problem))
-        plots = list(family_plots(name, sweep.place, members, len(failed))) if name and members else []
+        plots = list(family_plots(name, target.name, steps, members, len(failed))) if members else []
         paths = _write(plots, output, file_format, progress)
     for value, error in failed:
-        say(f"warning: {sweep.place} = {value:g}: {error}")
+        say(f"warning: {target.name} = {value:g}: {error}")
     if not members:
         show_errors([failed[0][1]])
         return failed[0][1].exit_code
@@ -122,22 +122,18 @@ def _plot_family(scene_path: Path, output: Path, family: str, file_format: str) 
     return SOME_FAILED if failed else 0
 
 
-def _cable_of(place: str, scene: Scene) -> str:
-    """The name of the cable that a place lies in.
+def _cable_of(target: Target, base: RawScene) -> tuple[str, tuple[str | int, ...]]:
+    """The name of the cable that a target lies in, and the steps from there.
 
     Raises:
         UsageError: It lies in none.
     """
-    from cablecad.scene import place_steps
-
-    kind, *steps = place_steps(place)
-    names = [cable.name for cable in scene.cables]
-    if kind == "cables" and len(steps) > 1:
-        step = steps[0]
-        return names[step] if isinstance(step, int) else step
-    raise UsageError(
-        f"{place!r}: a family changes one cable: begin with cables.NAME., NAME one of {', '.join(names) or 'none'}"
-    )
+    kind, *steps = target.place
+    cables = base.data.get("cables", [])
+    if kind == "cables" and isinstance(steps[0], int):
+        return str(cables[steps[0]].get("name")), tuple(steps[1:])
+    listed = ", ".join(str(cable.get("name")) for cable in cables) or "none"
+    raise UsageError(f"{target.name!r}: a family changes one cable: begin with cables.NAME., NAME one of {listed}")
 
 
 def _write(plots: Sequence[Plot], folder: Path, file_format: str, progress: object) -> list[Path]:

@@ -14,7 +14,6 @@ from cablecad.picture.family_plot import Member, family_size, plot_family
 from cablecad.picture.figure import FileFormat, file_bytes, sheet
 from cablecad.picture.palette import cable_color
 from cablecad.picture.shape_plot import plot_shape, shape_size
-from cablecad.scene import place_steps
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -64,10 +63,11 @@ def cable_plots(solutions: Sequence[RodSolution]) -> Iterator[Plot]:
         yield Plot(f"{stem}-equilibria", equilibria_size(solution), equilibria)
 
 
-def family_plots(name: str, place: str, members: Sequence[Member], missing: int) -> Iterator[Plot]:
-    """The plot of a family."""
-    steps = [str(step) for step in place_steps(place)[2:]]
-    stem = file_stem("-".join([name, *steps]), set())
+def family_plots(
+    name: str, place: str, steps: Sequence[str | int], members: Sequence[Member], missing: int
+) -> Iterator[Plot]:
+    """The plot of a family of the cable `name`: `steps` lead from it to the value that changes, at `place`."""
+    stem = file_stem("-".join([name, *map(str, steps)]), set())
     yield Plot(
         f"{stem}-family", family_size(members), lambda figure: plot_family(figure, name, place, members, missing)
     )

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from cablecad.model import Port, Scene
-from cablecad.scene.load import load_data
+from cablecad.scene.load import load_raw_scene
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
@@ -38,7 +38,7 @@ def resolved_text(
         A text that loads as `scene`, up to the paths of parts.
     """
     path = Path(path)
-    data = load_data(path)
+    data = load_raw_scene(path).data
     for table, cable in zip(data.get("cables", []), scene.cables, strict=True):
         for key, end in (("start", cable.start), ("end", cable.end)):
             if isinstance(end, Port) and "part" in table[key]:

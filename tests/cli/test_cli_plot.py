@@ -68,12 +68,13 @@ def test_family_of_nothing(cli, here):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--family", "cables.W1.length"], "'cables.W1.length' is no range of values"),
-        (["--family", "cables.W9.length=1:2:2"], "there is no 'W9' in the scene; there is W1, W 2/b"),
-        (["--family", "tolerance.shape=1:2:2"], "there is no 'tolerance' in the scene"),
-        (["--family", "cables.W1.end.position.1=1,2"], "there is no '1' in the scene"),
+        (["--family", "cables.W1.length"], "write it as NAME=START:STOP:COUNT or NAME=VALUE,VALUE,..."),
+        (["--family", "cables.W9.length=1:2:2"], "W9"),
+        (["--family", "tolerance.shape=1:2:2"], "a family changes one cable: begin with cables.NAME., NAME one of W1"),
+        (["--family", "cables.W1.end.position.1=1,2"], "--family: 1 mistake"),
         (["--family", "format=1,1"], "a family changes one cable: begin with cables.NAME., NAME one of W1, W 2/b"),
-        (["--family", "cables.W1.lenght=300:400:3"], "unknown"),
+        (["--family", "cables.W1.lenght=300:400:3"], "length"),
+        (["--family", "cables.W1.material=pvc,pur"], "a family is drawn over numbers"),
         (["--family", "cables.W1.length=300:400:3", "--cable", "W1"], "--family names its cable itself"),
         (["--cable", "W9"], "there is no such cable in the scene; it has W1, W 2/b"),
         (["--format", "gif"], "'gif' is not one of 'png', 'svg', 'pdf'"),
