@@ -111,3 +111,17 @@ class MissingDependencyError(CablecadError, ImportError):
     """An optional package is needed and not installed."""
 
     exit_code = 5
+
+
+class WorkerStartError(CablecadError, RuntimeError):
+    """No worker process can be started."""
+
+    exit_code = 5
+
+
+class WorkerDiedError(CablecadError, RuntimeError):
+    """The process that worked on a task died; a batch tells of it as the row's end."""
+
+
+class OvertimeError(CablecadError, TimeoutError):
+    """A task took longer than it may, and its process was ended; a batch tells of it as the row's end."""

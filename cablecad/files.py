@@ -68,10 +68,10 @@ def replacing(path: str | PathLike[str]) -> Iterator[Path]:
     shown = os.fspath(path)
     aside = _Aside()
     try:
-        with _explained(shown):
+        with explained(shown):
             found = _target(shown)
             place = Path(shown) if found is None else aside.open(*found)
-        with _explained(shown, {shown, str(place)}):
+        with explained(shown, {shown, str(place)}):
             yield place
             if found is not None:
                 target, status = found
@@ -94,6 +94,13 @@ def write_bytes(path: str | PathLike[str], data: bytes) -> None:
         file.write(data)
 
 
+def remove_leftovers(path: str | PathLike[str]) -> None:
+    """Remove what killed processes left of their writing of a file; what a living one writes stays."""
+    target, n = Path(os.path.realpath(path)), 0
+    while _remove_stale(_aside(target, n)):
+        n += 1
+
+
 def same_file(one: str | PathLike[str], other: str | PathLike[str]) -> bool:
     """Whether two paths lead to one file, by links of either kind too; for files that do not exist yet, by name."""
     try:
@@ -103,8 +110,12 @@ def same_file(one: str | PathLike[str], other: str | PathLike[str]) -> bool:
 
 
 @contextmanager
-def _explained(shown: str, ours: Collection[str] | None = None) -> Iterator[None]:
-    """Turn the system's errors into ours; only those about files among `ours`, or about none, if that is given."""
+def explained(shown: str, ours: Collection[str] | None = None) -> Iterator[None]:
+    """Turn the system's errors into ours, with a remedy; if `ours` is given only those about its files, or about none.
+
+    Raises:
+        ExchangeError: In place of an OSError.
+    """
     try:
         yield
     except ExchangeError:

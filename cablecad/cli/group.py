@@ -15,6 +15,7 @@ _COMMANDS = {
     "resolve": "Print a scene with numbers in place of the ends on parts.",
     "render": "Draw a scene as a shaded picture.",
     "plot": "Draw shapes, curvatures and equilibria of cables, or a family of them.",
+    "batch": "Build or solve many variants: rows of a table, a grid, or many scene files.",
     "schema": "Print the JSON Schema of a scene file.",
     "new": "Write a commented starter scene.",
     "bench": "Measure speed against error, ours beside scipy's and Open Cascade's.",

@@ -161,10 +161,15 @@ def _failed(error: Exception) -> int:
     return BUG
 
 
+def on_terminal() -> bool:
+    """Whether somebody watches stderr and did not ask for quiet."""
+    return sys.stderr is not None and sys.stderr.isatty() and _log.level != logging.ERROR
+
+
 @contextmanager
 def progress_bar(total: int) -> Iterator[Callable[[str], None] | None]:
     """A progress bar on stderr where that is a terminal; yields what to call as each step begins, or None."""
-    if sys.stderr is None or not sys.stderr.isatty() or _log.level == logging.ERROR or total < 2:
+    if not on_terminal() or total < 2:
         yield None
         return
     from rich.console import Console

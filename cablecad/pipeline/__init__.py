@@ -4,6 +4,7 @@
 """
 
 from cablecad.pipeline.cable import Built, Search, Solid, build, build_solution, solve, solve_many
+from cablecad.pipeline.documents import Documents
 from cablecad.pipeline.scene import (
     Progress,
     SceneRun,
@@ -14,12 +15,14 @@ from cablecad.pipeline.scene import (
     resolve_ends,
     run_build,
     solve_scene,
+    solve_scenes,
 )
 from cablecad.pipeline.write import MODEL_SUFFIXES, check_output, write_step
 
 __all__ = [
     "MODEL_SUFFIXES",
     "Built",
+    "Documents",
     "Progress",
     "SceneRun",
     "Search",
@@ -36,5 +39,6 @@ __all__ = [
     "solve",
     "solve_many",
     "solve_scene",
+    "solve_scenes",
     "write_step",
 ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from os import PathLike, fspath
 from pathlib import Path
@@ -20,6 +20,8 @@ from cablecad.report import CableOutcome, scene_report
 
 if TYPE_CHECKING:
     from cablecad.brep.document import Document
+    from cablecad.pipeline.documents import Documents
+    from cablecad.rod.solution import RodSolution
 
 EXIT_ORDER = (1, 2, 5, 3, 4)
 """Which exit code speaks for several failures at once."""
@@ -41,6 +43,7 @@ class SceneRun:
         errors: Everything that keeps the scene from being written.
         seconds: Time by stage.
         looked_at: Names of the parts whose files were read, or could not be.
+        kept: What was read for other scenes; None where every file is read anew.
     """
 
     scene: Scene
@@ -51,6 +54,7 @@ class SceneRun:
     errors: list[CablecadError] = field(default_factory=list)
     seconds: dict[str, float] = field(default_factory=dict)
     looked_at: set[str] = field(default_factory=set)
+    kept: Documents | None = None
 
     def report(self, *, points: int | None = None) -> dict[str, Any]:
         """Report format 1."""
@@ -61,6 +65,14 @@ class SceneRun:
         """0, or the code that speaks for all errors."""
         codes = {error.exit_code for error in self.errors}
         return next((code for code in EXIT_ORDER if code in codes), 0)
+
+    def broken_rules(self) -> list[CablecadError]:
+        """The user's rules that solved cables break, an error each; `errors` has them only where they were strict."""
+        return [
+            RuleError(f"cable {outcome.cable.name}: {message}")
+            for outcome in self.outcomes
+            for message in outcome.broken_rules
+        ]
 
     def raise_first(self) -> None:
         """Raise the error with the first claim, the others as notes on it."""
@@ -77,16 +89,71 @@ def solve_scene(scene: Scene, *, search: Search = "answer", progress: Progress |
     Raises:
         SceneError: Data that contradict each other, of all cables at once.
     """
-    begun = time.perf_counter()
-    run = SceneRun(scene)
-    resolved = _ends_resolved(run, progress)
-    with timed(run.seconds, "cables"):
-        results = resolved.answers(solve_many(resolved.known, search=search))
+    (run,) = solve_scenes([scene], search=search, progress=progress)
+    if isinstance(run, SceneError):
+        raise run
+    return run
+
+
+def solve_scenes(
+    scenes: Sequence[Scene],
+    *,
+    search: Search = "answer",
+    progress: Progress | None = None,
+    documents: Documents | None = None,
+) -> list[SceneRun | SceneError]:
+    """Solve the cables of many scenes together, in a fraction of the time; a bad scene costs no other.
+
+    Args:
+        scenes: What to solve.
+        search: As for `solve_many`.
+        progress: Told of each cable and part.
+        documents: Keeps what was read of parts; without it the files of each scene are read anew.
+
+    Returns:
+        For each scene its run, or the error for data that contradict each other.
+    """
+    begun = [_begun(scene, progress, documents) for scene in scenes]
+    known = [cable for one in begun if not isinstance(one, SceneError) for cable in one[1].known]
+    started = time.perf_counter()
+    results = iter(solve_many(known, search=search))
+    # Solved together, the cables share the time.
+    share = (time.perf_counter() - started) / max(len(known), 1)
+    return [
+        one
+        if isinstance(one, SceneError)
+        else _solved(*one, [next(results) for _ in one[1].known], share=share, progress=progress)
+        for one in begun
+    ]
+
+
+def _begun(
+    scene: Scene, progress: Progress | None, documents: Documents | None
+) -> tuple[SceneRun, Resolved] | SceneError:
+    """The run of a scene with numbers in place of the ends on parts, or the error that keeps it from one."""
+    run = SceneRun(scene, kept=documents)
+    started = time.perf_counter()
+    try:
+        resolved = _ends_resolved(run, progress)
+    except SceneError as error:
+        return error
+    run.seconds["total"] = time.perf_counter() - started
+    return run, resolved
+
+
+def _solved(
+    run: SceneRun,
+    resolved: Resolved,
+    results: list[RodSolution | CablecadError],
+    *,
+    share: float,
+    progress: Progress | None,
+) -> SceneRun | SceneError:
+    """The run of a scene whose cables were solved in `share` seconds each."""
     mistakes: list[Mistake] = []
-    for cable, result in zip(run.scene.cables, results, strict=True):
+    for cable, result in zip(run.scene.cables, resolved.answers(results), strict=True):
         _tell(progress, cable.name)
-        # Solved together, the cables share the time.
-        outcome = CableOutcome(cable, seconds={"solve": run.seconds["cables"] / len(results)})
+        outcome = CableOutcome(cable, seconds={"solve": share})
         outcome.origins += resolved.remarks.get(cable.name, [])
         run.outcomes.append(outcome)
         if isinstance(result, SceneError):
@@ -96,8 +163,9 @@ def solve_scene(scene: Scene, *, search: Search = "answer", progress: Progress |
         else:
             outcome.solution = result
     if mistakes:
-        raise SceneError(mistakes, source=str(scene.source or ""))
-    run.seconds["total"] = time.perf_counter() - begun
+        return SceneError(mistakes, source=str(run.scene.source or ""))
+    run.seconds["cables"] = share * len(results)
+    run.seconds["total"] += run.seconds["cables"]
     return run
 
 
@@ -135,6 +203,7 @@ def run_build(
     strict: bool = False,
     mesh_tolerance: float | None = None,
     progress: Progress | None = None,
+    documents: Documents | None = None,
 ) -> SceneRun:
     """Build a scene into a file; with any error nothing is written and the errors are in the result.
 
@@ -145,6 +214,7 @@ def run_build(
         mesh_tolerance: For .glb and .stl: bound on the distance between triangles and surfaces [mm]; from the sizes
             if not given.
         progress: Told of each cable and part.
+        documents: Keeps what was read of the parts for the next scene; without it every file is read anew.
 
     Raises:
         SceneError: Data that contradict each other.
@@ -159,7 +229,9 @@ def run_build(
             raise UsageError(f"a mesh tolerance is for {formats}; {path} holds exact surfaces: leave it out")
         if not 0.0 < mesh_tolerance < math.inf:
             raise UsageError(f"a mesh tolerance must be a positive number of mm; got {mesh_tolerance!r}")
-    return _run_scene(scene, path, strict=strict, mesh_tolerance=mesh_tolerance, progress=progress)
+    return _run_scene(
+        scene, path, strict=strict, mesh_tolerance=mesh_tolerance, progress=progress, documents=documents
+    )
 
 
 def build_scene(scene: Scene, path: str | PathLike[str], *, strict: bool = False) -> dict[str, Any]:
@@ -197,10 +269,18 @@ def make_scene(scene: Scene) -> tuple[SceneRun, list[Built]]:
 
 
 def _run_scene(
-    scene: Scene, path: Path | None, *, strict: bool, progress: Progress | None, mesh_tolerance: float | None = None
+    scene: Scene,
+    path: Path | None,
+    *,
+    strict: bool,
+    progress: Progress | None,
+    mesh_tolerance: float | None = None,
+    documents: Documents | None = None,
 ) -> SceneRun:
     begun = time.perf_counter()
-    run = solve_scene(scene, progress=progress)
+    (run,) = solve_scenes([scene], progress=progress, documents=documents)
+    if isinstance(run, SceneError):
+        raise run
     if scene.parts or any(outcome.solution for outcome in run.outcomes):
         _import_kernel(run)
     placed = read_scene_parts(run, progress)
@@ -208,7 +288,7 @@ def _run_scene(
     with timed(run.seconds, "cables"):
         built = _make_solids(run, progress)
     if strict:
-        run.errors += _broken_rules(run.outcomes)
+        run.errors += run.broken_rules()
     if path is not None and not run.errors:
         with timed(run.seconds, "write"):
             solids = [cable_solid(one) for one in built]
@@ -257,7 +337,7 @@ def _read_parts(run: SceneRun, parts: Iterable[Part], progress: Progress | None)
     known = {os.path.realpath(part.step): part.name for part in run.scene.parts if part.name in run.documents}
     with timed(run.seconds, "read"):
         for path, same in by_file.items():
-            from cablecad.brep.step import read_parts
+            from cablecad.brep.step import read_step
 
             for part in same:
                 _tell(progress, part.name)
@@ -265,7 +345,8 @@ def _read_parts(run: SceneRun, parts: Iterable[Part], progress: Progress | None)
                 run.documents |= dict.fromkeys((part.name for part in same), run.documents[known[path]])
                 continue
             try:
-                run.documents |= {part.name: document for part, document in read_parts(same)}
+                document = (read_step if run.kept is None else run.kept.read)(same[0].step)
+                run.documents |= dict.fromkeys((part.name for part in same), document)
             except CablecadError as error:
                 names = " and ".join(part.name for part in same)
                 run.errors.append(ExchangeError(f"part {names}: {error}"))
@@ -299,13 +380,6 @@ def _fail(run: SceneRun, outcome: CableOutcome, error: CablecadError) -> None:
     named = type(error)(f"cable {outcome.cable.name}: {error}")
     named.__cause__ = error
     run.errors.append(named)
-
-
-def _broken_rules(outcomes: Iterable[CableOutcome]) -> list[CablecadError]:
-    """The user's rules that solved cables break, an error each."""
-    return [
-        RuleError(f"cable {outcome.cable.name}: {message}") for outcome in outcomes for message in outcome.broken_rules
-    ]
 
 
 def _tell(progress: Progress | None, name: str) -> None:

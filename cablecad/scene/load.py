@@ -18,7 +18,8 @@ from typing import Any, Literal
 
 from cablecad.errors import ExchangeError, Mistake, SceneError, UsageError
 from cablecad.model import Scene
-from cablecad.scene.resolve import resolve_scene
+from cablecad.scene.raw import RawScene
+from cablecad.scene.resolve import resolve_scene, type_mistakes
 from cablecad.scene.tables import Place
 
 Syntax = Literal["toml", "json"]
@@ -70,6 +71,42 @@ def load_data(path: str | PathLike[str]) -> dict[str, Any]:
     if found:
         resolve_scene(data, source=path, found=found)  # which tells them with their places
     return data
+
+
+def load_raw_scene(path: str | PathLike[str]) -> RawScene:
+    """Read a scene file whose values are to be changed before it is resolved.
+
+    Raises:
+        ExchangeError: The file cannot be read.
+        SceneError: Its syntax, unknown keys and values of a wrong type, all at once; not what its values demand of
+            each other, for they may change.
+    """
+    path = Path(path)
+    found: list[tuple[Place, Mistake]] = []
+    data = _cleaned(_read(_content(path), None, path), (), found)
+    mistakes = type_mistakes(data, found)
+    if mistakes:
+        raise SceneError(mistakes, source=str(path))
+    return RawScene(data, path)
+
+
+def clean_value(value: object) -> tuple[Any, list[Mistake]]:
+    """A value of JSON or Python as a scene file may hold it, and what it held that none may."""
+    found: list[tuple[Place, Mistake]] = []
+    cleaned = _cleaned(value, (), found)
+    return cleaned, [mistake for _, mistake in found]
+
+
+def parse_json(text: str) -> Any:
+    """A value of JSON as scene files take it: keys that repeat are noted for `clean_value`, no number is too long.
+
+    Raises:
+        ValueError: The text is not valid JSON, or is nested too deep.
+    """
+    try:
+        return _parse_json(text)
+    except RecursionError as error:
+        raise ValueError("is nested too deep to be read") from error
 
 
 def _content(path: Path) -> bytes:

@@ -82,6 +82,17 @@ def resolve_scene(
     )
 
 
+def type_mistakes(data: dict[str, object], found: Iterable[tuple[Place, Mistake]] = ()) -> list[Mistake]:
+    """The unknown keys of raw data and their values of a wrong type, with those of `found`; no more is looked at."""
+    tables = read_tables(data)
+    noted = [*found, *tables.mistakes]
+    if not noted:
+        return []
+    resolver = _Resolver(tables, found)
+    resolver.noted = noted
+    return resolver.mistakes()
+
+
 class _Resolver:
     """Resolves one scene table by table, and notes every mistake on the way.
 

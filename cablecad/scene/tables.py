@@ -151,7 +151,7 @@ def _trail(entry: ErrorDetails) -> Iterator[_Step]:
             step = _Step((*step.place, part), step.table, None)
         elif part in fields:
             known = fields[part]
-            step = _Step((*step.place, part), _table_in(known.annotation), (known.examples or [None])[0])
+            step = _Step((*step.place, part), table_in(known.annotation), (known.examples or [None])[0])
         elif entry["type"] == "extra_forbidden" and i + 1 == len(entry["loc"]):
             step = _Step((*step.place, part), None, None)
         else:
@@ -159,11 +159,11 @@ def _trail(entry: ErrorDetails) -> Iterator[_Step]:
         yield step
 
 
-def _table_in(annotation: object) -> type[Table] | None:
+def table_in(annotation: object) -> type[Table] | None:
     """The table a key holds, alone, in a list or as one of several types."""
     if isinstance(annotation, type) and issubclass(annotation, Table):
         return annotation
-    return next((table for part in get_args(annotation) if (table := _table_in(part)) is not None), None)
+    return next((table for part in get_args(annotation) if (table := table_in(part)) is not None), None)
 
 
 def _cut(place: Place) -> Place:
@@ -217,13 +217,14 @@ def _is_lone(value: object, table: type[Table]) -> bool:
 def _unknown_key(trail: list[_Step]) -> str:
     key, table = str(trail[-1].place[-1]), trail[-2].table
     assert table is not None  # pydantic finds unknown keys in tables only
-    near = _nearest(key, table)
+    near = nearest_key(key, table)
     text = f"unknown key {key!r}; " + (f"did you mean {near!r}?" if near else f"known: {', '.join(table.model_fields)}")
     homes = [home for other, home in _HOMES.items() if key in other.model_fields]
     return f"{text} ({key} is a key of {', '.join(homes)})" if homes else text
 
 
-def _nearest(key: str, table: type[Table]) -> str | None:
+def nearest_key(key: str, table: type[Table]) -> str | None:
+    """The key of a table that another one was probably meant for."""
     near = difflib.get_close_matches(key.lower().replace("-", "_"), table.model_fields, n=1)
     return near[0] if near else None
 
@@ -233,7 +234,7 @@ def _meant(trail: list[_Step], data: Any) -> Iterator[Place]:
     key = str(trail[-1].place[-1])
     for step, following in pairwise(trail):
         if isinstance(data, dict) and step.table is not None:
-            meant = _nearest(key, step.table) if following is trail[-1] else key
+            meant = nearest_key(key, step.table) if following is trail[-1] else key
             if meant in step.table.model_fields and meant not in data:
                 yield (*step.place, meant)
         data = data[following.place[-1]]

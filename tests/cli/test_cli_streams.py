@@ -17,7 +17,7 @@ import cablecad
 
 CONNECTOR = Path(__file__).parents[2] / "samples" / "parts" / "connector.step"
 AS1 = Path(__file__).parents[1] / "data" / "as1-oc-214.stp"
-COMMANDS = ["build", "solve", "check", "render", "plot", "schema", "new"]
+COMMANDS = ["build", "solve", "check", "render", "plot", "batch", "schema", "new"]
 LOOP = cable("loop", angle_deg="150", end=TOWARD, allow_contact="true")
 
 

@@ -25,6 +25,12 @@ ANGLES = {
 }
 """The end angle of every cable of the samples; all are 350 mm long."""
 
+CLAMPED = {"clamped": ["W1"]}
+"""The cables of the samples that are clamped."""
+
+FACES = {"clamped": 5}
+"""Side and caps; a side in three pieces, where straight parts go before and after the free one."""
+
 WARNINGS = {"crossed": ["the ends have crossed", "unstable in its plane", "which allow_contact lets through"]}
 
 
@@ -36,7 +42,7 @@ def built(tmp_path_factory):
 
     folder = tmp_path_factory.mktemp("built")
     found = {}
-    for name in ANGLES:
+    for name in [*ANGLES, *CLAMPED]:
         step, report = folder / f"{name}.step", folder / f"{name}.json"
         arguments = ["build", str(SAMPLES / f"{name}.toml"), "-o", str(step), "--report", str(report), "--strict", "-q"]
         assert run_command(cablecad, arguments) == 0
@@ -45,7 +51,8 @@ def built(tmp_path_factory):
 
 
 def test_every_sample_is_tested_here():
-    assert {path.stem for path in SAMPLES.glob("*.toml")} == {*ANGLES, "loom"}  # the loom in a file of its own
+    # The loom is in a file of its own.
+    assert {path.stem for path in SAMPLES.glob("*.toml")} == {*ANGLES, *CLAMPED, "loom"}
 
 
 @pytest.mark.parametrize("name", ANGLES)
@@ -80,6 +87,36 @@ def test_numbers(cli, built, name):
         assert same == {key: solved[key] for key in same}
 
 
+def test_the_clamped_cable_meets_its_connectors(cli, built):
+    """Where its ends are and point is given; the curve is a mirror image of itself, and as long as it says."""
+    report, _ = built["clamped"]
+    (cable,) = report["cables"]
+    assert (cable["result"], cable["violations"], cable["warnings"]) == ("solved", [], [])
+    assert (cable["stable_in_plane"], cable["stable_out_of_plane"]) == (True, True)
+    assert cable["residual"] < 1e-14
+    for end, place, direction in (("start", [0, 0, 0], [1, 0, 0]), ("end", [0, 120, 0], [-1, 0, 0])):
+        np.testing.assert_allclose(cable[end]["position"], place, atol=1e-11)
+        np.testing.assert_allclose(cable[end]["direction"], direction, atol=1e-13)
+    np.testing.assert_allclose(cable["start"]["force"], np.negative(cable["end"]["force"]), rtol=1e-12, atol=1e-12)
+    points = np.array(
+        json.loads(cli("solve", SAMPLES / "clamped.toml", "--json", "--points", 2001).out)["cables"][0]["points"]
+    )
+    np.testing.assert_allclose(points[::-1] * [1, -1, 1] + [0, 120, 0], points, atol=1e-10)
+    # Chords are shorter than arcs, by kappa^2 h^2 / 24 of themselves.
+    total = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
+    assert 0.0 < 350.0 - total < 350.0 * (0.175 / cable["bend_radius_min"]) ** 2 / 24.0
+    solid = cable["solid"]
+    assert solid["deviation"] <= 1e-3
+    assert solid["volume"] == pytest.approx(math.pi * 4.0 * 350.0, rel=1e-5)
+
+
+def test_variants_of_the_clamped_cable_solve(cli, tmp_path):
+    out = tmp_path / "out"
+    ended = cli("batch", SAMPLES / "clamped.csv", "--scene", SAMPLES / "clamped.toml", "-o", out, "--output", "none")
+    assert ended.code == 0
+    assert "6 rows: 6 done" in ended.err
+
+
 @pytest.mark.parametrize(("name", "force", "chord", "rise"), [("paper", "3.999069", "339.40582", "38.39728")])
 def test_figures_the_readme_prints(built, name, force, chord, rise):
     (one,) = built[name][0]["cables"]
@@ -89,7 +126,7 @@ def test_figures_the_readme_prints(built, name, force, chord, rise):
     assert f"{force} N, chord {chord} mm, rise {rise} mm" in readme
 
 
-@pytest.mark.parametrize("name", ANGLES)
+@pytest.mark.parametrize("name", [*ANGLES, *CLAMPED])
 def test_solids(built, name):
     report, (root,) = built[name]
     scene = load_scene(SAMPLES / f"{name}.toml")
@@ -101,7 +138,7 @@ def test_solids(built, name):
     for cable, node, one in zip(scene.cables, solids, report["cables"], strict=True):
         certificate = one["solid"]
         assert certificate["deviation"] <= certificate["tolerance"] == 1e-3
-        assert (certificate["valid"], certificate["faces"]) == (True, 3)
+        assert (certificate["valid"], certificate["faces"]) == (True, FACES.get(name, 3))
         # Pappus: pi r^2 L, off by 2 deviation / r at most; read back it is the same solid.
         exact, r = math.pi * 4.0 * 350.0, cable.diameter / 2.0
         assert certificate["volume"] == pytest.approx(exact, rel=2.0 * certificate["deviation"] / r)
