@@ -141,6 +141,7 @@ def test_rows_solved_together_are_parted_from_the_one_that_hangs(tmp_path):
 
 
 def test_a_broken_executor_is_left_for_processes_of_our_own(scene, undisturbed, tmp_path, caplog):
+    caplog.set_level("WARNING", logger="cablecad")
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
         pid = executor.submit(os.getpid).result()
         killer = Thread(

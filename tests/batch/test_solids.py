@@ -159,6 +159,7 @@ def test_a_time_stamp_that_is_none_ends_the_batch(tmp_path, scene, monkeypatch):
 
 
 def test_what_a_part_lost_is_told_once(tmp_path, scene, caplog):
+    caplog.set_level("WARNING", logger="cablecad")
     import re
 
     text = (tmp_path / "connector.step").read_bytes()
