@@ -229,9 +229,7 @@ def run_build(
             raise UsageError(f"a mesh tolerance is for {formats}; {path} holds exact surfaces: leave it out")
         if not 0.0 < mesh_tolerance < math.inf:
             raise UsageError(f"a mesh tolerance must be a positive number of mm; got {mesh_tolerance!r}")
-    return _run_scene(
-        scene, path, strict=strict, mesh_tolerance=mesh_tolerance, progress=progress, documents=documents
-    )
+    return _run_scene(scene, path, strict=strict, mesh_tolerance=mesh_tolerance, progress=progress, documents=documents)
 
 
 def build_scene(scene: Scene, path: str | PathLike[str], *, strict: bool = False) -> dict[str, Any]:
