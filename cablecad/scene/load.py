@@ -82,8 +82,7 @@ def load_raw_scene(path: str | PathLike[str]) -> RawScene:
             each other, for they may change.
     """
     path = Path(path)
-    found: list[tuple[Place, Mistake]] = []
-    data = _cleaned(_read(_content(path), None, path), (), found)
+    data, found = _raw_data(_content(path), None, path)
     mistakes = type_mistakes(data, found)
     if mistakes:
         raise SceneError(mistakes, source=str(path))
