@@ -8,6 +8,8 @@ import os
 import pickle
 import signal
 import sys
+import threading
+import time
 from collections.abc import Sequence
 from typing import Any
 
@@ -21,6 +23,8 @@ def serve(preload: Sequence[str] = ()) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C is for the process that started this one
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # whatever is printed in here is no answer
+    if hasattr(os, "getppid"):
+        threading.Thread(target=_follow, args=(os.getppid(),), daemon=True).start()
     for module in preload:
         with contextlib.suppress(ImportError):
             importlib.import_module(module)
@@ -38,6 +42,13 @@ def serve(preload: Sequence[str] = ()) -> None:
             _answer(answers, answer)
         except (BrokenPipeError, ValueError):
             os._exit(0)
+
+
+def _follow(parent: int) -> None:
+    """End with the process that started this one, even in the middle of a call that hangs."""
+    while os.getppid() == parent:
+        time.sleep(1.0)
+    os._exit(1)
 
 
 def _answer(answers: Any, answer: Any) -> None:

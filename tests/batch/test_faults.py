@@ -244,7 +244,7 @@ def test_a_folder_that_cannot_be_made_is_one_error(scene, undisturbed, tmp_path,
         assert "cannot be written" in ended.err
 
 
-def test_two_batches_do_not_write_to_one_folder(scene, tmp_path, process):
+def test_two_batches_do_not_write_to_one_folder_and_a_hanging_worker_ends_with_its_batch(scene, tmp_path, process):
     fifo = make_fifo(tmp_path / "pipe.step")
     arguments = ("batch", parts(scene, fifo.name), "--scene", scene, "-o", tmp_path / "out", "-j", 1)
     first = process(*arguments)
@@ -253,4 +253,7 @@ def test_two_batches_do_not_write_to_one_folder(scene, tmp_path, process):
     _, err = second.communicate()
     assert second.returncode == 2
     assert "another batch is writing to" in err
+    (pid,) = wait_until(lambda: [pid for pid in children(first.pid) if waits(pid, fifo)])
     first.kill()
+    first.wait()
+    wait_until(lambda: not Path(f"/proc/{pid}").exists() or "\nState:\tZ" in Path(f"/proc/{pid}/status").read_text())
