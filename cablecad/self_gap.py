@@ -5,7 +5,8 @@ normal to the tangent at both, or meets it at an end of the centreline, where an
 along the centreline belong to one bend, which the condition kappa r < 1 judges. The self-gap is the least such D less
 2 r: below zero the tube cuts into itself.
 
-The least critical pair is found by branch and bound. All pairs (s, t) are cut into cells, and a cell with half-widths
+The least critical pair is found by branch and bound, of one curve or of many curves together: at this size calls of
+numpy cost more than the arithmetic. All pairs (s, t) are cut into cells, and a cell with half-widths
 h_s, h_t and the chord D at its centre is left out where no critical pair in it can count:
 
 * the chord cannot be normal to a tangent: it swings by asin((h_s + h_t) / D) at most, the tangent by kappa h;
@@ -26,7 +27,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,6 +71,36 @@ _NORMAL = 1e-10
 to the pair that is critical to the last digit."""
 
 
+class Bends(Protocol):
+    """Bounds on the curvature of stretches of curves and on the turning of their tangents."""
+
+    def greatest(self, curve: Indices, begin: Array, end: Array) -> Array:
+        """A bound on the curvature between `begin` and `end`, shape (n,) each."""
+        ...
+
+    def turning(self, curve: Indices, s: Array) -> Array:
+        """The angle the tangent has turned through from the start to `s`; its differences are bounds [rad]."""
+        ...
+
+
+class Curves(Protocol):
+    """Curves that are searched together, by their numbers.
+
+    Attributes:
+        lengths: Shape (curves,).
+        bends: Bounds of their bending.
+    """
+
+    @property
+    def lengths(self) -> Array: ...  # noqa: D102
+    @property
+    def bends(self) -> Bends: ...  # noqa: D102
+
+    def states(self, curve: Indices, s: Array) -> tuple[Array, Array, Array]:
+        """Positions, unit tangents and curvature vectors, shape (n, dimensions) each."""
+        ...
+
+
 def self_gap(curve: Curve, radius: float) -> float | None:
     """The least critical distance between two points of a curve at least pi r apart along it, less 2 r.
 
@@ -85,13 +116,35 @@ def self_gap(curve: Curve, radius: float) -> float | None:
     Accuracy: to rounding where critical pairs are isolated or run in families of one distance; never more than 0.1 %
     of the distance too large (`TOLERANCE`).
     """
-    apart = math.pi * radius
-    kappa = curve.greatest_curvature()[0]
-    if curve.length <= apart or kappa * radius >= 1.0 or _PER_RADIAN * kappa * curve.length > _MOST_SAMPLES:
+    if not is_measurable(curve.length, curve.greatest_curvature()[0], radius):
         return None
-    search = _Search(curve, apart, _TOUCHING * radius)
+    return float(self_gaps(_OneCurve(curve), np.array([radius]))[0])
+
+
+def is_measurable(length: float, kappa: float, radius: float) -> bool:
+    """Whether a curve of this length and greatest curvature has a self-gap; see `self_gap`."""
+    return length > math.pi * radius and kappa * radius < 1.0 and samples_of(length, kappa) <= _MOST_SAMPLES
+
+
+def samples_of(length: float, kappa: float) -> int:
+    """How many samples of its curvature a curve needs."""
+    return max(_LEAST_SAMPLES, math.ceil(_PER_RADIAN * kappa * length))
+
+
+def curvature_bounds(kappa: Array, greatest: Array) -> Array:
+    """Bounds between neighbouring samples of |curvature|, along the last axis; `greatest` is that of each curve."""
+    # A curvature that changes over its own bend radius changes by an eighth from sample to sample.
+    higher = np.maximum(kappa[..., 1:], kappa[..., :-1])
+    bounds: Array = np.minimum(1.15 * higher + 0.02 * greatest, 1.01 * greatest)
+    return bounds
+
+
+def self_gaps(curves: Curves, radii: Array) -> Array:
+    """`self_gap` of many curves, every one of which `is_measurable`, shape (curves,)."""
+    search = _Search(curves, math.pi * radii, _TOUCHING * radii)
     search.run()
-    return search.distance - 2.0 * radius
+    gaps: Array = search.distance - 2.0 * radii
+    return gaps
 
 
 class _Cells(NamedTuple):
@@ -101,6 +154,7 @@ class _Cells(NamedTuple):
     """
 
     parts: int
+    curve: Indices
     s: Indices
     t: Indices
 
@@ -111,18 +165,20 @@ class _Cells(NamedTuple):
         both = s_wide & t_wide
         return _Cells(
             2 * self.parts,
+            np.concatenate([self.curve, self.curve[s_wide], self.curve[t_wide], self.curve[both]]),
             np.concatenate([s, s[s_wide] + 1, s[t_wide], s[both] + 1]),
             np.concatenate([t, t[s_wide], t[t_wide] + 1, t[both] + 1]),
         )
 
     def taken(self, which: Indices | Mask | slice) -> _Cells:
         """Some of the cells."""
-        return _Cells(self.parts, self.s[which], self.t[which])
+        return _Cells(self.parts, self.curve[which], self.s[which], self.t[which])
 
 
 class _Pairs(NamedTuple):
     """The centres of cells: arclengths, distance, and what no critical distance in the cell is below, shape (n,)."""
 
+    curve: Indices
     s: Array
     t: Array
     distance: Array
@@ -130,162 +186,205 @@ class _Pairs(NamedTuple):
 
     def taken(self, which: Indices | Mask) -> _Pairs:
         """Some of the pairs."""
-        return _Pairs(*(values[which] for values in self))
+        return _Pairs(self.curve[which], self.s[which], self.t[which], self.distance[which], self.least[which])
 
 
 class _Search:
-    """Branch and bound for the least critical distance of pairs at least `apart` along the curve [mm].
+    """Branch and bound for the least critical distances of pairs at least `apart` along their curve.
 
     Attributes:
-        distance: The least one known; after `run`, the answer [mm].
+        distance: The least one known of each curve; after `run`, the answers.
     """
 
-    def __init__(self, curve: Curve, apart: float, touching: float) -> None:
-        self.curve, self.apart, self.bends = curve, apart, _Bends(curve)
-        ends = curve.frames([0.0, curve.length]).position
-        self.distance = float(np.linalg.norm(ends[1] - ends[0]))
-        self.rounding = 1e-14 * (curve.length + float(np.abs(ends).max()))
-        self.touching = max(touching, self.rounding)
+    def __init__(self, curves: Curves, apart: Array, touching: Array) -> None:
+        self.curves, self.apart = curves, apart
+        count = len(curves.lengths)
+        each = np.arange(count)
+        ends = curves.states(np.tile(each, 2), np.concatenate([np.zeros(count), curves.lengths]))[0]
+        chord = ends[count:] - ends[:count]
+        self.distance = np.sqrt(_dot(chord, chord))
+        reach = np.abs(ends).max(axis=1)
+        self.rounding = 1e-14 * (curves.lengths + np.maximum(reach[:count], reach[count:]))
+        self.touching = np.maximum(touching, self.rounding)
 
     @property
-    def enough(self) -> float:
-        """No critical distance above this need be looked for [mm]."""
-        return self.distance - max(TOLERANCE * self.distance, self.touching)
+    def enough(self) -> Array:
+        """No critical distance above this need be looked for, shape (curves,)."""
+        least: Array = self.distance - np.maximum(TOLERANCE * self.distance, self.touching)
+        return least
 
     def run(self) -> None:
-        """Bring `distance` down to the answer."""
-        parts = _FIRST_INTERVALS
+        """Bring `distance` down to the answers."""
+        parts, count = _FIRST_INTERVALS, len(self.distance)
         s, t = np.tril_indices(parts)
         each, one = np.arange(parts), np.ones(parts, dtype=np.intp)
-        stack = [_Cells(parts, np.concatenate([s, parts * one, each]), np.concatenate([t, each, -one]))]
-        passed = []
+        s, t = np.concatenate([s, parts * one, each]), np.concatenate([t, each, -one])
+        first = _Cells(parts, np.repeat(np.arange(count), len(s)), np.tile(s, count), np.tile(t, count))
+        stack = [first.taken(slice(begin, begin + _BATCH)) for begin in range(0, len(first.s), _BATCH)]
+        passed: list[_Pairs] = []
         while stack:
             cells, pairs = self._critical(stack.pop())
-            approached = cells.parts >= _NEWTON_PARTS or len(cells.s) > _MANY
-            if approached:
-                self._approach(pairs, self.curve.length / cells.parts)
-            if not approached or len(pairs.s) > _STARTS:  # else Newton's method began from all of them already
-                passed.append(_lowest(pairs.taken((pairs.least >= self.enough) & (pairs.least < self.distance))))
-            cells = cells.taken(pairs.least < self.enough).halved()
+            many = np.bincount(pairs.curve, minlength=count)
+            approached = (cells.parts >= _NEWTON_PARTS) | (many > _MANY)
+            if approached.any():
+                self._approach(pairs.taken(approached[pairs.curve]), self.curves.lengths / cells.parts)
+            enough = self.enough
+            # From all of a few Newton's method has begun already.
+            left = ~approached | (many > _STARTS)
+            here = pairs.curve
+            passed.append(
+                _lowest(pairs.taken(left[here] & (pairs.least >= enough[here]) & (pairs.least < self.distance[here])))
+            )
+            cells = cells.taken(pairs.least < enough[here]).halved()
             stack += [cells.taken(slice(begin, begin + _BATCH)) for begin in range(0, len(cells.s), _BATCH)]
         # What was passed over within the tolerance is most of all a family of one distance; the exact least is found
         # from the lowest of it.
-        if passed:
-            self._approach(_Pairs(*map(np.concatenate, zip(*passed, strict=True))), math.inf)
+        self._approach(_Pairs(*map(np.concatenate, zip(*passed, strict=True))), np.full(count, math.inf))
 
     def _critical(self, cells: _Cells) -> tuple[_Cells, _Pairs]:
         """The cells that may hold a critical pair, and their centres."""
-        width = self.curve.length / cells.parts
-        numbers, where = np.unique(np.concatenate([cells.s, cells.t]), return_inverse=True)
-        at = _between((numbers + 0.5) * width, 0.0, self.curve.length)
+        count = len(cells.s)
+        # Numbers from -1 to parts, of each curve.
+        keys = np.concatenate([cells.s, cells.t]) + np.tile(cells.curve * (cells.parts + 2), 2)
+        keys, where = np.unique(keys, return_inverse=True)
+        curve, numbers = np.divmod(keys + 1, cells.parts + 2)
+        numbers -= 1
+        lengths = self.curves.lengths[curve]
+        width = lengths / cells.parts
+        at = np.minimum(np.maximum((numbers + 0.5) * width, 0.0), lengths)
         half = np.where((numbers >= 0) & (numbers < cells.parts), width / 2.0, 0.0)
-        position, tangent = self.curve.frames(at)[:2]
-        bend = self.bends.greatest(at - half, at + half)
-        begun, ended = self.bends.turning(at - half), self.bends.turning(at + half)
+        position, tangent, _ = self.curves.states(curve, at)
+        bends = self.curves.bends
+        bend = bends.greatest(curve, at - half, at + half)
+        begun, ended = bends.turning(curve, at - half), bends.turning(curve, at + half)
 
-        i, j = where[: len(cells.s)], where[len(cells.s) :]
-        far = (at[i] + half[i]) - (at[j] - half[j]) >= self.apart
+        i, j = where[:count], where[count:]
+        far = (at[i] + half[i]) - (at[j] - half[j]) >= self.apart[cells.curve]
         far &= ended[i] - begun[j] >= math.pi / 2.0
         cells, i, j = cells.taken(far), i[far], j[far]
 
         chord = position[i] - position[j]
         distance = np.sqrt(_dot(chord, chord))
+        rounding = self.rounding[cells.curve]
         reach = half[i] + half[j]
-        apex = np.maximum(distance, np.maximum(reach, self.rounding))
+        apex = np.maximum(distance, np.maximum(reach, rounding))
         swing = np.where(reach < distance, np.arcsin(reach / apex), math.pi)
         facing = np.ones(len(i), dtype=bool)
         for k in (i, j):
             lean = np.arcsin(np.abs(_dot(chord, tangent[k])) / (apex * (1.0 + 1e-15)))
             facing &= (lean <= swing + bend[k] * half[k]) | (half[k] == 0.0)
         nearest = np.maximum(distance - reach, 0.0)
-        growth = reach**2 / np.maximum(nearest, self.rounding) + bend[i] * half[i] ** 2 + bend[j] * half[j] ** 2
+        growth = reach**2 / np.maximum(nearest, rounding) + bend[i] * half[i] ** 2 + bend[j] * half[j] ** 2
         least = np.maximum(nearest, distance - growth / 2.0)
-        pairs = _Pairs(at[i], at[j], distance, least)
+        pairs = _Pairs(cells.curve, at[i], at[j], distance, least)
         return cells.taken(facing), pairs.taken(facing)
 
-    def _approach(self, pairs: _Pairs, width: float) -> None:
+    def _approach(self, pairs: _Pairs, width: Array) -> None:
         """Lower `distance` from the lowest of the pairs: by Newton's method, or as they are in cells small enough."""
-        pairs = _lowest(pairs.taken(pairs.least < self.distance))
+        pairs = _lowest(pairs.taken(pairs.least < self.distance[pairs.curve]))
         if not len(pairs.s):
             return
-        if 2.0 * width <= self.distance - self.enough:
-            self.distance = min(self.distance, float(pairs.distance.min()))
-        self.distance = min(self.distance, *self._newton(pairs.s, pairs.t, width).tolist(), math.inf)
+        small = (2.0 * width <= self.distance - self.enough)[pairs.curve]
+        curve, found = self._newton(pairs.curve, pairs.s, pairs.t, width)
+        np.minimum.at(self.distance, pairs.curve[small], pairs.distance[small])
+        np.minimum.at(self.distance, curve, found)
 
-    def _newton(self, s: Array, t: Array, width: float) -> Array:
+    def _newton(self, curve: Indices, s: Array, t: Array, width: Array) -> tuple[Indices, Array]:
         """The distances of critical pairs that Newton's method finds; a pair at an end of the curve stays there.
 
         With the chord c from t to s, f = c . T(s) and g = c . T(t) are to vanish. The steps are those of damped least
         squares, for stretches that run parallel make the system singular; elsewhere the damping is not felt.
         """
-        s_fixed, t_fixed, half = s >= self.curve.length, t <= 0.0, len(s)
+        lengths, rounding, widest, half = self.curves.lengths[curve], self.rounding[curve], width[curve], len(s)
+        s_fixed, t_fixed, twice = s >= lengths, t <= 0.0, np.tile(curve, 2)
         for step in range(_NEWTON_STEPS + 1):
-            both = np.concatenate([s, t])
-            frames, bend = self.curve.states(both)
-            t_s, t_t = frames.tangent[:half], frames.tangent[half:]
-            chord = frames.position[:half] - frames.position[half:]
+            position, tangent, turning = self.curves.states(twice, np.concatenate([s, t]))
+            t_s, t_t = tangent[:half], tangent[half:]
+            chord = position[:half] - position[half:]
             f, g = np.where(s_fixed, 0.0, _dot(chord, t_s)), np.where(t_fixed, 0.0, _dot(chord, t_t))
             distance = np.sqrt(_dot(chord, chord))
-            normal = np.maximum(np.abs(f), np.abs(g)) <= _NORMAL * distance + self.rounding
+            normal = np.maximum(np.abs(f), np.abs(g)) <= _NORMAL * distance + rounding
             if step == _NEWTON_STEPS or normal.all():
                 break
-            turning = bend[:, :1] * frames.normal + bend[:, 1:] * frames.binormal
-            bend_s, bend_t = turning[:half], turning[half:]
             cosine = _dot(t_s, t_t)
-            f_s, f_t = 1.0 + _dot(chord, bend_s), np.where(s_fixed, 0.0, -cosine)
-            g_s, g_t = np.where(t_fixed, 0.0, cosine), _dot(chord, bend_t) - 1.0
+            f_s, f_t = 1.0 + _dot(chord, turning[:half]), np.where(s_fixed, 0.0, -cosine)
+            g_s, g_t = np.where(t_fixed, 0.0, cosine), _dot(chord, turning[half:]) - 1.0
             size = f_s**2 + g_s**2 + f_t**2 + g_t**2
             determinant, damping = f_s * g_t - f_t * g_s, 1e-16 * size
             scale = determinant**2 + damping * size
             ds = (determinant * (g_t * f - f_t * g) + damping * (f_s * f + g_s * g)) / scale
             dt = (determinant * (f_s * g - g_s * f) + damping * (f_t * f + g_t * g)) / scale
             s, t = (
-                np.where(fixed, at, _between(at - _between(step, -width, width), 0.0, self.curve.length))
-                for fixed, at, step in ((s_fixed, s, ds), (t_fixed, t, dt))
+                np.where(fixed | normal, at, _between(at - _between(way, -widest, widest), 0.0, lengths))
+                for fixed, at, way in ((s_fixed, s, ds), (t_fixed, t, dt))
             )
-        found: Array = distance[normal & (s - t >= self.apart * (1.0 - 1e-12))]
-        return found
+        good = normal & (s - t >= self.apart[curve] * (1.0 - 1e-12))
+        return curve[good], distance[good]
 
 
-class _Bends:
-    """Bounds on the curvature of intervals and on the turning of the tangent, from samples and a margin."""
+class _OneCurve:
+    """A single curve as the search takes many."""
+
+    def __init__(self, curve: Curve) -> None:
+        self._curve = curve
+        self.lengths = np.array([curve.length])
+        self.bends = _SampledBends(curve)
+
+    def states(self, _curve: Indices, s: Array) -> tuple[Array, Array, Array]:
+        """Positions, tangents and curvature vectors."""
+        frames, bend = self._curve.states(s)
+        return frames.position, frames.tangent, bend[:, :1] * frames.normal + bend[:, 1:] * frames.binormal
+
+
+class _SampledBends:
+    """Bounds from samples and a margin, of a curve whose curvature may jump at its breaks."""
 
     def __init__(self, curve: Curve) -> None:
         greatest = curve.greatest_curvature()[0]
-        samples = max(_LEAST_SAMPLES, math.ceil(_PER_RADIAN * greatest * curve.length))
+        samples = samples_of(curve.length, greatest)
         edges, bounds = [np.zeros(1)], []
         for begin, end in pairwise(curve.breaks):
             at = np.linspace(begin, end, 2 + math.ceil(samples * (end - begin) / curve.length))
             kappa = np.linalg.norm(curve.bishop(at)[0], axis=1)
             kappa[-1] = np.linalg.norm(curve.bishop(end, side="left")[0])
-            # A curvature that changes over its own bend radius changes by an eighth from sample to sample.
-            bounds.append(np.minimum(1.15 * np.maximum(kappa[1:], kappa[:-1]) + 0.02 * greatest, 1.01 * greatest))
+            bounds.append(curvature_bounds(kappa, np.array(greatest)))
             edges.append(at[1:])
         self.edges, self.bounds = np.concatenate(edges), np.concatenate(bounds)
         self.turned = np.concatenate([[0.0], np.cumsum(self.bounds * np.diff(self.edges))])
 
-    def greatest(self, begin: Array, end: Array) -> Array:
+    def greatest(self, _curve: Indices, begin: Array, end: Array) -> Array:
         """A bound on the curvature between `begin` and `end`, shape (n,) each."""
         first = np.searchsorted(self.edges, begin, side="right") - 1
         last = np.searchsorted(self.edges, end, side="left")
-        first = np.minimum(np.maximum(first, 0), len(self.bounds) - 1)
-        last = np.minimum(np.maximum(last, first + 1), len(self.bounds))
-        padded = np.append(self.bounds, 0.0)
-        bound: Array = np.maximum.reduceat(padded, np.stack([first, last], axis=1).ravel())[::2]
-        return bound
+        return greatest_between(self.bounds, first, last, np.zeros_like(first), len(self.bounds))
 
-    def turning(self, s: Array) -> Array:
+    def turning(self, _curve: Indices, s: Array) -> Array:
         """The angle the tangent has turned through from the start to `s`; its differences are bounds [rad]."""
         angle: Array = np.interp(s, self.edges, self.turned)
         return angle
 
 
+def greatest_between(bounds: Array, first: Indices, last: Indices, offset: Indices, count: int) -> Array:
+    """The greatest of `bounds[offset + first : offset + last]`, at least one of each `count`, shape (n,)."""
+    first = np.minimum(np.maximum(first, 0), count - 1)
+    last = np.minimum(np.maximum(last, first + 1), count)
+    padded = np.append(bounds, 0.0)
+    pairs = np.stack([offset + first, offset + last], axis=1).ravel()
+    found: Array = np.maximum.reduceat(padded, pairs)[::2]
+    return found
+
+
 def _lowest(pairs: _Pairs) -> _Pairs:
-    """Those that may hold the least distances."""
-    return pairs if len(pairs.least) <= _STARTS else pairs.taken(np.argpartition(pairs.least, _STARTS)[:_STARTS])
+    """Those of each curve that may hold its least distances."""
+    if len(pairs.s) <= _STARTS:
+        return pairs
+    order = np.lexsort((pairs.least, pairs.curve))
+    curve = pairs.curve[order]
+    rank = np.arange(len(order)) - np.searchsorted(curve, curve, side="left")
+    return pairs.taken(order[rank < _STARTS])
 
 
-def _between(values: Array, least: float, most: float) -> Array:
+def _between(values: Array, least: Array | float, most: Array | float) -> Array:
     """`np.clip` at a tenth of its cost for a few values."""
     clipped: Array = np.minimum(np.maximum(values, least), most)
     return clipped

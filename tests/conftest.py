@@ -5,11 +5,11 @@ from __future__ import annotations
 import logging
 import os
 import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import pytest
+from command_line import COMMAND_LINE
 from hypothesis import settings
 
 # As the command line does, before numpy is loaded: threads only hinder on small matrices.
@@ -17,9 +17,6 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 settings.register_profile("seeded", derandomize=True)
 settings.load_profile("seeded")  # the same examples every run: a failure can be looked into
-
-COMMAND_LINE = [sys.executable, "-c", "from cablecad.cli import main; main()"]
-"""The command `cablecad`, whether or not it is on the path."""
 
 
 @dataclass(frozen=True)

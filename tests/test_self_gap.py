@@ -17,7 +17,7 @@ from cablecad.brep.spline import fit_centreline
 from cablecad.centreline import Array, Centreline, Curve, Frames, Placement, Side
 from cablecad.rod.elastica import Inflexional
 from cablecad.rod.elliptic import complete_k
-from cablecad.self_gap import TOLERANCE, _Cells, _Search, self_gap
+from cablecad.self_gap import TOLERANCE, _Cells, _OneCurve, _Search, self_gap
 
 EPS = 2.0**-52
 
@@ -363,12 +363,12 @@ def test_no_cell_with_a_critical_pair_is_left_out() -> None:
     seen = 0
     for number in range(12):
         curve = random_chain(rng) if number % 2 else random_elastica(rng)
-        search = _Search(curve, 1.0, 1e-6)
+        search = _Search(_OneCurve(curve), np.array([1.0]), np.array([1e-6]))
         for s, t in critical_pairs(curve, rng):
             distance = float(np.linalg.norm(np.subtract(*curve.position([s, t]))))
             for parts in 2 ** np.arange(1, 15):
                 where = np.floor(np.array([[s], [t]]) / curve.length * parts).astype(np.intp)
-                cells, pairs = search._critical(_Cells(int(parts), *where))
+                cells, pairs = search._critical(_Cells(int(parts), np.zeros(1, dtype=np.intp), *where))
                 assert len(cells.s) == 1, (number, parts, s, t)
                 assert pairs.least[0] <= distance * (1.0 + 1e-12) + 1e-12
                 seen += 1

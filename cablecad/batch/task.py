@@ -21,7 +21,7 @@ from typing import Any, Literal
 from cablecad.batch.rows import Row
 from cablecad.errors import CablecadError, ExchangeError, MissingDependencyError, SceneError, UsageError
 from cablecad.model import Scene
-from cablecad.pipeline import Documents, SceneRun, check_output, run_build, solve_scenes
+from cablecad.pipeline import Documents, SceneRun, check_output, measure_scenes, run_build, solve_scenes
 
 Status = Literal["done", "failed", "crashed", "timed_out"]
 
@@ -115,6 +115,7 @@ def _solve_rows(task: Task) -> list[RowResult]:
             scenes.append((i, scene))
     try:
         runs = solve_scenes([scene for _, scene in scenes], documents=_documents())
+        measure_scenes(run for run in runs if not isinstance(run, SceneError))
     except Exception as error:  # noqa: BLE001 - a bug; which row shows it is found below, and the others are solved
         if len(task.rows) == 1:
             return [_bug(task.rows[0], error)]

@@ -58,6 +58,7 @@ class SceneRun:
 
     def report(self, *, points: int | None = None) -> dict[str, Any]:
         """Report format 1."""
+        measure_scenes([self])
         return scene_report(self.scene, self.outcomes, solids=self.solids, seconds=self.seconds, points=points)
 
     @property
@@ -116,7 +117,12 @@ def solve_scenes(
     begun = [_begun(scene, progress, documents) for scene in scenes]
     known = [cable for one in begun if not isinstance(one, SceneError) for cable in one[1].known]
     started = time.perf_counter()
-    results = iter(solve_many(known, search=search))
+    solved = solve_many(known, search=search)
+    if len(known) > 1:
+        from cablecad.rod.room import measure_gaps
+
+        measure_gaps(one.equilibrium for one in solved if not isinstance(one, CablecadError))
+    results = iter(solved)
     # Solved together, the cables share the time.
     share = (time.perf_counter() - started) / max(len(known), 1)
     return [
@@ -125,6 +131,15 @@ def solve_scenes(
         else _solved(*one, [next(results) for _ in one[1].known], share=share, progress=progress)
         for one in begun
     ]
+
+
+def measure_scenes(runs: Iterable[SceneRun]) -> None:
+    """Find all that reports tell of the equilibria of many scenes, together."""
+    from cablecad.rod.room import judge_together, measure_gaps
+
+    found = [one for run in runs for outcome in run.outcomes if outcome.solution for one in outcome.solution.equilibria]
+    measure_gaps(found)
+    judge_together(found)
 
 
 def _begun(

@@ -57,25 +57,28 @@ class _Shape:
         return values
 
     def greatest_curvature(self) -> tuple[float, float]:
-        """At an end, or at a crest of |kappa|, where kappa' = 0, refined by Newton from samples."""
+        """At an end, or at a crest of |kappa|, where kappa' = 0, refined by Newton's method from samples."""
         return self._greatest_curvature
 
     @cached_property
     def _greatest_curvature(self) -> tuple[float, float]:
         s = np.linspace(0.0, self.length, 65 + 8 * int(self._omega))
         kappa = np.abs(self.bishop(s, 0)[0, :, 0])
-        i = int(np.argmax(kappa))
-        best = float(s[i])
+        # A crest between two samples may be above a sample, or an end, that is the greatest of them.
+        wide = np.pad(kappa, 1)
+        crests = np.flatnonzero((kappa >= wide[:-2]) & (kappa >= wide[2:]) & (kappa > 0.97 * kappa.max()))
+        best = s[crests]
         for _ in range(6):
-            slope, bend = self.bishop(np.array([best]), 2)[1:, 0, 0]
-            step = -slope / bend if bend != 0.0 else 0.0
-            if abs(step) > s[1]:
+            slope, bend = self.bishop(best, 2)[1:, :, 0]
+            step = np.where(bend != 0.0, -slope / np.where(bend != 0.0, bend, 1.0), 0.0)
+            step[np.abs(step) > 2.0 * s[1]] = 0.0  # not the crest it began at
+            best = np.minimum(np.maximum(best + step, 0.0), self.length)
+            if np.abs(step).max(initial=0.0) <= 1e-9 * s[1]:
                 break
-            best = min(max(best + step, 0.0), self.length)
-            if abs(step) <= 1e-9 * s[1]:
-                break
-        refined = float(np.abs(self.bishop(np.array([best]), 0)[0, 0, 0]))
-        return (refined, best) if refined >= kappa[i] else (float(kappa[i]), float(s[i]))
+        at = np.append(best, s[int(np.argmax(kappa))])
+        refined = np.abs(self.bishop(at, 0)[0, :, 0])
+        i = int(np.argmax(refined))
+        return float(refined[i]), float(at[i])
 
 
 @dataclass(frozen=True)

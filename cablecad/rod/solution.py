@@ -66,6 +66,7 @@ class Equilibrium:
         judge: Finds the stability; called once, and only if someone asks.
         diameter: Of the cable [mm], for the self-gap.
         trace: What a moved cable and derivatives start from; None for closed forms of their own.
+        kappa_max: The greatest |curvature| [1/mm], where it is known without drawing the shape.
     """
 
     winding: int
@@ -77,6 +78,7 @@ class Equilibrium:
     judge: Callable[[], Judged]
     diameter: float
     trace: Trace | None = None
+    kappa_max: float | None = None
 
     @cached_property
     def shape(self) -> Shape:
@@ -111,7 +113,7 @@ class Equilibrium:
     @property
     def bend_radius_min(self) -> float | None:
         """The least bend radius [mm], or None where the cable is straight."""
-        kappa = self.greatest_curvature[0]
+        kappa = self.greatest_curvature[0] if self.kappa_max is None else self.kappa_max
         return 1.0 / kappa if kappa > 0.0 else None
 
     @cached_property

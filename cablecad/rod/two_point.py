@@ -174,6 +174,7 @@ def equilibrium_of(cable: Cable, span: Span, row: Equilibria, ratio: float | Non
         judge=partial(RowStability, row, spin),
         diameter=cable.diameter,
         trace=Trace(span, row),
+        kappa_max=float(row.kappa_max[0]) / span.length,
     )
 
 

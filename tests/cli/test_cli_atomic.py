@@ -10,7 +10,7 @@ import sys
 import time
 
 import pytest
-from conftest import COMMAND_LINE
+from command_line import COMMAND_LINE
 from loom import PVC, cable, names, scene, write
 
 BUILD = ("build", "scene.toml", "-o", "out.step", "--report", "out.json")

@@ -1,0 +1,88 @@
+"""Self-gaps and margins of many equilibria together: the same as of each alone."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from cablecad.model import Cable, Clamp, Material, Pin
+from cablecad.rod.room import judge_together, measure_gaps
+from cablecad.rod.solution import RodSolution
+from cablecad.rod.solve import solve_many
+from cablecad.self_gap import self_gap
+
+MATERIAL = Material(youngs_modulus=1000.0, poissons_ratio=0.25)
+
+
+def cables(count: int, seed: int) -> list[Cable]:
+    """Clamps and pins, loops and hairs of slack, thin and thick, with and without lead-outs."""
+    rng = np.random.default_rng(seed)
+    made = []
+    for i in range(count):
+        ratio = rng.uniform(0.0, 0.999) if i % 5 else 1.0 - 10.0 ** rng.uniform(-6.0, -2.0)
+        toward, a, b = rng.uniform(-math.pi, math.pi, 3)
+        place = (100.0 * ratio * math.cos(toward), 100.0 * ratio * math.sin(toward), 0.0)
+        straight = 3.0 if i % 7 == 3 and ratio < 0.8 else 0.0
+        start = Clamp((0.0, 0.0, 0.0), (math.cos(a), math.sin(a), 0.0), straight)
+        end = Clamp(place, (math.cos(b), math.sin(b), 0.0)) if i % 3 else Pin(place)
+        diameter = float(10.0 ** rng.uniform(-2.0, 1.3))
+        made.append(Cable(f"W{i}", diameter, start, end, length=100.0, material=MATERIAL, bulge=(1e-3, 1.0, 0.0)))
+    return made
+
+
+@pytest.fixture(scope="module")
+def solved() -> list[RodSolution]:
+    return [one for one in solve_many(cables(80, 3), search="wide") if isinstance(one, RodSolution)]
+
+
+def test_gaps_are_those_of_each_alone(solved: list[RodSolution]) -> None:
+    equilibria = [one for solution in solved for one in solution.equilibria]
+    measure_gaps(equilibria)
+    measured = [one for one in equilibria if "self_gap" in one.__dict__]
+    assert len(measured) > 200
+    for one in measured:
+        alone = self_gap(one.centreline, one.diameter / 2.0)
+        if alone is None:
+            assert one.self_gap is None
+        else:
+            # Families of one distance are left within a thousandth of it.
+            assert one.self_gap == pytest.approx(alone, abs=1e-9 * 100.0 + 1e-3 * (alone + one.diameter))
+    exact = sum(
+        one.self_gap is not None and abs(one.self_gap - self_gap(one.centreline, one.diameter / 2.0)) < 1e-9
+        for one in measured
+    )
+    assert exact > 0.95 * sum(one.self_gap is not None for one in measured)
+    assert {one.self_gap is None for one in measured} == {True, False}
+    assert any(one.self_gap is not None and one.self_gap < 0.0 for one in measured)
+
+
+def test_margins_are_those_of_each_alone() -> None:
+    first, second = (solve_many(cables(30, 4)) for _ in range(2))
+    together = [one for solution in first if isinstance(solution, RodSolution) for one in solution.equilibria]
+    judge_together(together)
+    alone = [one for solution in second if isinstance(solution, RodSolution) for one in solution.equilibria]
+    assert len(together) == len(alone) > 50
+    for one, other in zip(together, alone, strict=True):
+        assert one.trace is not None
+        assert not np.isnan(one.trace.row.margins).any()
+        size = 1.0 + one.trace.row.omega[0] ** 2
+        assert one.stability.in_plane == pytest.approx(other.stability.in_plane, rel=1e-6, abs=1e-6 * size)
+        assert one.stability.out_of_plane == pytest.approx(other.stability.out_of_plane, rel=1e-6, abs=1e-6 * size)
+        assert one.stability.stable_in_plane == other.stability.stable_in_plane
+        assert one.stability.free_turn == other.stability.free_turn
+
+
+def test_the_least_bend_radius_is_known_without_drawing(solved: list[RodSolution]) -> None:
+    for solution in solved:
+        for one in solution.equilibria:
+            drawn = one.centreline.greatest_curvature()[0]
+            assert one.bend_radius_min == pytest.approx(1.0 / drawn, rel=1e-9)
+
+
+def test_few_are_left_to_themselves() -> None:
+    (solution,) = solve_many(cables(1, 9))
+    assert isinstance(solution, RodSolution)
+    measure_gaps(solution.equilibria[:1])
+    assert "self_gap" not in solution.equilibria[0].__dict__
