@@ -20,7 +20,7 @@ from cablecad.bench.clock import take_turns
 from cablecad.bench.stage import Effort, Tell
 from cablecad.bench.table import Plot, Table, Target, column
 from cablecad.bench.truth import Array, WaveTruth, wave_truths
-from cablecad.rod.elliptic import jacobi
+from cablecad.rod.jacobian import Jacobian
 from cablecad.rod.quadrature import gauss_amplitude, pinned_points
 
 Method = Callable[[Array, float], Array]
@@ -50,9 +50,10 @@ class PointsRow:
 
 
 def by_landen(u: Array, m1: float) -> Array:
-    """Ours."""
-    at = jacobi(u, 1.0 - m1, m1)
-    return np.stack([2.0 * at.epsilon - u, 2.0 * math.sqrt(1.0 - m1) * at.cn], axis=1)
+    """Ours, as the pieces of a centreline do it."""
+    f = Jacobian(1.0 - m1, m1)
+    _, cn, _, swing = f(u)
+    return np.stack([(2.0 * f.mean_dn2 - 1.0) * u + (2.0 * f.m) * swing, 2.0 * math.sqrt(1.0 - m1) * cn], axis=1)
 
 
 def by_scipy(u: Array, m1: float) -> Array:
