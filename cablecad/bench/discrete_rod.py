@@ -73,15 +73,43 @@ def search_rod(a: float, b: float, end: Array, *, segments: int, starts: int, rn
     Its discretisation error goes with 1/segments^2. The first start has winding 0.
     """
     best, shape = np.inf, np.zeros(segments + 1)
-    s = np.linspace(0.0, 1.0, segments + 1)
     for i in range(starts):
         winding = int(rng.integers(-1, 2)) if i else 0
-        waves = sum(rng.normal() * 6.0 / k * np.cos(k * np.pi * s + rng.uniform(0, TURN)) for k in range(1, 4))
-        energy, x = discrete_rod(a, b, end, segments=segments, start=waves / np.sqrt(segments), winding=winding)
+        energy, x = discrete_rod(a, b, end, segments=segments, start=_waves(segments, rng), winding=winding)
         if energy < best:
             best, shape = energy, x
     theta = a + np.cumsum(shape)[:-1] / np.sqrt(segments)
     joints = np.zeros((segments + 1, 2))
     joints[1:] = np.cumsum(np.stack([np.cos(theta), np.sin(theta)], axis=1), axis=0) / segments
-    nine = np.linspace(0.0, 1.0, 9)
+    nine, s = np.linspace(0.0, 1.0, 9), np.linspace(0.0, 1.0, segments + 1)
     return Found(float(best), np.stack([np.interp(nine, s, joints[:, i]) for i in range(2)], axis=1))
+
+
+def rod_energy(a: float, b: float, end: Array, *, starts: int, rng: np.random.Generator) -> tuple[float, float]:
+    """The least energy of a rod of 200 segments from random starts, and its discretisation error.
+
+    The error goes with 1/segments^2: a third of the difference to 100 segments, started from the same shape. Infinite
+    where no start met the end conditions.
+    """
+    best, shape, turns = np.inf, np.zeros(201), 0
+    for i in range(starts):
+        winding = int(rng.integers(-1, 2)) if i else 0
+        energy, x = discrete_rod(a, b, end, segments=200, start=_waves(200, rng), winding=winding)
+        if energy < best:
+            best, shape, turns = energy, x, winding
+    if not np.isfinite(best):
+        return best, np.inf
+    # Two springs of the fine rod are one of the coarse; end springs keep theirs.
+    fine = np.cumsum(shape) / np.sqrt(200.0)
+    middles = (fine[:-1:2] + fine[1:-1:2]) / 2.0
+    coarse = np.diff(np.concatenate([[0.0], middles, fine[-1:]])) * np.sqrt(100.0)
+    rough, _ = discrete_rod(a, b, end, segments=100, start=coarse, winding=turns)
+    return best, abs(best - rough) / 3.0
+
+
+def _waves(segments: int, rng: np.random.Generator) -> Array:
+    """A start of three waves of random size and phase."""
+    s = np.linspace(0.0, 1.0, segments + 1)
+    waves = sum(rng.normal() * 6.0 / k * np.cos(k * np.pi * s + rng.uniform(0, TURN)) for k in range(1, 4))
+    start: Array = np.asarray(waves, dtype=float) / np.sqrt(segments)
+    return start

@@ -20,7 +20,7 @@ import numpy as np
 
 from cablecad.bench.clock import once
 from cablecad.bench.collocation import Found, Guess, boundary_value, naive_guess
-from cablecad.bench.discrete_rod import search_rod
+from cablecad.bench.discrete_rod import rod_energy, search_rod
 from cablecad.bench.scenes import Array, Scenes, random_scenes, scene_cables
 from cablecad.bench.search import search_45
 from cablecad.bench.stage import Effort, Tell
@@ -353,15 +353,33 @@ def _kinds(effort: Effort, tell: Tell, scenes: Scenes, searched: Array) -> tuple
         Target("solve: worst residual", max(row.residual for row in rows), RESIDUAL),
         Target("solve: answers unstable in the plane", sum(row.unstable for row in rows), 0),
         Target("solve: energies above the search from 45 starts", rows[0].above or 0, 0),
+        _against_rods(effort, tell, scenes, _energies(answers)),
     ]
     table = Table(
         "solve-kinds",
         "What the planar solver solves: random scenes of fixed seeds, all angles and directions",
         rows,
         targets,
-        ("above, below: energies that differ by more than 1e-9 of themselves, where the 45 starts have an answer",),
+        (
+            "above, below: energies that differ by more than 1e-9 of themselves, where the 45 starts have an answer",
+            "discrete rods: the first scenes, 200 segments from 10 random starts each; above: by more than twice the "
+            "rod's own discretisation error, a third of the difference to 100 segments",
+        ),
     )
     return table, _energies(answers)
+
+
+def _against_rods(effort: Effort, tell: Tell, scenes: Scenes, energy: Array) -> Target:
+    """How many of the first scenes are above a discrete elastic rod by more than its discretisation error."""
+    count, starts = effort.count(100, 4), effort.count(10, 3)
+    tell(f"{count} discrete rods of 200 segments")
+    rng = np.random.default_rng(11)
+    above = 0
+    for i in range(count):
+        rival, error = rod_energy(scenes.a[i], scenes.b[i], scenes.end[i], starts=starts, rng=rng)
+        if np.isfinite(rival) and np.isfinite(error):
+            above += bool(energy[i] > rival + 2.0 * error + 1e-6 * energy[i])
+    return Target(f"solve: energies above {count} discrete rods by more than their error", above, 0)
 
 
 def _kind(name: str, answers: Sequence[Answer], searched: Array | None = None) -> KindRow:
