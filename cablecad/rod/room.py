@@ -4,7 +4,7 @@ A report tells both of every equilibrium that was found. Asked for one after the
 as solving does, for at this size calls of numpy cost more than the arithmetic. Here the search for the least critical
 distance runs over the states of all equilibria together, and stability is judged in one go.
 
-Equilibria of cables with lead-outs, taut ones, and those with closed forms of their own are left to themselves.
+Taut equilibria, and those with closed forms of their own, are left to themselves.
 """
 
 from __future__ import annotations
@@ -65,11 +65,8 @@ def _rows(equilibria: Iterable[Equilibrium]) -> list[Equilibria]:
 
 
 def _is_plain(one: Equilibrium) -> bool:
-    """Whether the whole cable is one elastica whose self-gap nobody has asked for yet."""
-    if one.trace is None:
-        return False
-    span, row = one.trace.span, one.trace.row
-    return "self_gap" not in one.__dict__ and not (row.taut[0] or span.lead_out > 0.0 or span.lead_in > 0.0)
+    """Whether the free part is one elastica, and nobody has asked for the self-gap yet."""
+    return one.trace is not None and "self_gap" not in one.__dict__ and not one.trace.row.taut[0]
 
 
 def _joined(rows: list[Equilibria]) -> Equilibria:
@@ -78,61 +75,83 @@ def _joined(rows: list[Equilibria]) -> Equilibria:
 
 def _measure_gaps(some: list[Equilibrium]) -> None:
     spans = [one.trace.span for one in some if one.trace is not None]
-    lengths = np.array([span.length for span in spans])
-    radii = np.array([one.diameter for one in some]) / 2.0 / lengths
+    free = np.array([span.length for span in spans])
+    straights = np.array([[span.lead_out, span.lead_in] for span in spans]) / free[:, None]
+    radii = np.array([one.diameter for one in some]) / 2.0 / free
     rows = _joined(_rows(some))
-    good = [i for i in range(len(some)) if is_measurable(1.0, float(rows.kappa_max[i]), float(radii[i]))]
-    gaps: list[float | None] = [None] * len(some)
-    if good:
-        found = self_gaps(_Rods(rows.take(np.array(good))), radii[good]) * lengths[good]
-        for i, gap in zip(good, found.tolist(), strict=True):
-            gaps[i] = gap
-    for one, own in zip(some, gaps, strict=True):
-        one.__dict__["self_gap"] = own
+    lengths = 1.0 + straights.sum(axis=1)
+    good = np.array([is_measurable(*map(float, one)) for one in zip(lengths, rows.kappa_max, radii, strict=True)])
+    gaps = np.full(len(some), np.nan)
+    if good.any():
+        rods = _Rods(rows.take(np.flatnonzero(good)), straights[good])
+        gaps[good] = self_gaps(rods, radii[good]) * free[good]
+    for one, gap, known in zip(some, gaps.tolist(), good.tolist(), strict=True):
+        one.__dict__["self_gap"] = gap if known else None
 
 
 class _Rods:
-    """Elastica of length one from their states at mid-span, as the search for critical pairs takes them."""
+    """Elastica of length one from their states at mid-span, between straights, as the search takes them.
 
-    def __init__(self, rows: Equilibria) -> None:
+    Args:
+        rows: The equilibria.
+        straights: Held straight before and after the free part, shape (rods, 2).
+    """
+
+    def __init__(self, rows: Equilibria, straights: Array) -> None:
         self._middle = Middle(*(getattr(rows, f.name) for f in fields(Middle)))
         self._kappa_max = rows.kappa_max
-        self.lengths = np.ones(len(rows))
+        self._before = straights[:, 0]
+        self.lengths = 1.0 + straights.sum(axis=1)
 
     @cached_property
     def bends(self) -> _RodBends:
         """From samples as many as the steepest needs."""
-        count = samples_of(1.0, float(self._kappa_max.max()))
-        kappa = np.abs(self._middle.jump(np.linspace(-0.5, 0.5, count + 1)).kappa)
-        return _RodBends(curvature_bounds(kappa, self._kappa_max[:, None]))
+        count = max(map(samples_of, self.lengths.tolist(), self._kappa_max.tolist()))
+        s = np.linspace(0.0, 1.0, count + 1) * self.lengths[:, None] - self._before[:, None]
+        # A straight next to a bend has its curvature: no sample knows where between two the straight ends.
+        kappa = np.abs(self._middle.jump(_between(s, 0.0, 1.0) - 0.5).kappa)
+        bounds = curvature_bounds(kappa, self._kappa_max[:, None])
+        bounds[(s[:, 1:] <= 0.0) | (s[:, :-1] >= 1.0)] = 0.0
+        return _RodBends(bounds, self.lengths)
 
     def states(self, curve: Indices, s: Array) -> tuple[Array, Array, Array]:
         """Positions, tangents and curvature vectors in the frame of the compression, shape (n, 2) each."""
-        at = self._middle.take(curve).jump(s[:, None] - 0.5)
-        p, c, kappa = at.p[:, 0], at.c[:, 0], at.kappa[:, 0]
+        s = s - self._before[curve]
+        inside = _between(s, 0.0, 1.0)
+        beyond = s - inside
+        at = self._middle.take(curve).jump(inside[:, None] - 0.5)
+        p, c, kappa = at.p[:, 0], at.c[:, 0], np.where(beyond == 0.0, at.kappa[:, 0], 0.0)
         tangent = np.stack([c * c - p * p, 2.0 * p * c], axis=1)
         normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
-        return np.stack([at.along[:, 0], at.across[:, 0]], axis=1), tangent, kappa[:, None] * normal
+        position = np.stack([at.along[:, 0], at.across[:, 0]], axis=1) + beyond[:, None] * tangent
+        return position, tangent, kappa[:, None] * normal
+
+
+def _between(values: Array, least: float, most: float) -> Array:
+    clipped: Array = np.minimum(np.maximum(values, least), most)
+    return clipped
 
 
 class _RodBends:
-    """Bounds between equidistant samples, shape (rods, samples)."""
+    """Bounds between equidistant samples of curves of given lengths, shape (rods, samples)."""
 
-    def __init__(self, bounds: Array) -> None:
+    def __init__(self, bounds: Array, lengths: Array) -> None:
         self._count = bounds.shape[1]
+        self._per_length = self._count / lengths
         self._bounds = bounds.ravel()
-        turned = np.cumsum(bounds, axis=1) / self._count
+        turned = np.cumsum(bounds, axis=1) / self._per_length[:, None]
         self._turned = np.concatenate([np.zeros((len(bounds), 1)), turned], axis=1).ravel()
 
     def greatest(self, curve: Indices, begin: Array, end: Array) -> Array:
         """A bound on the curvature between `begin` and `end`."""
-        first = np.floor(begin * self._count).astype(np.intp)
-        last = np.ceil(end * self._count).astype(np.intp)
+        per_length = self._per_length[curve]
+        first = np.floor(begin * per_length).astype(np.intp)
+        last = np.ceil(end * per_length).astype(np.intp)
         return greatest_between(self._bounds, first, last, curve * self._count, self._count)
 
     def turning(self, curve: Indices, s: Array) -> Array:
         """The angle the tangent has turned through from the start to `s`."""
-        x = np.minimum(np.maximum(s * self._count, 0.0), float(self._count))
+        x = _between(s * self._per_length[curve], 0.0, float(self._count))
         below = np.minimum(np.floor(x).astype(np.intp), self._count - 1)
         start = curve * (self._count + 1) + below
         angle: Array = self._turned[start] + (x - below) * (self._turned[start + 1] - self._turned[start])

@@ -257,13 +257,18 @@ def _rise(centreline: Centreline, begin: Array, finish: Array) -> float:
         across: Array = off - (off @ axis)[:, None] * axis
         return across
 
-    best = s[np.argmax(np.linalg.norm(away(s), axis=1))]
+    heights = np.linalg.norm(away(s), axis=1)
+    best = float(s[np.argmax(heights)])
     for _ in range(4):
-        frames = centreline.frames(best)
-        across, tangent = away(best)[0], frames.tangent[0] - (frames.tangent[0] @ axis) * axis
-        bend = centreline.bishop(best)[0, 0] @ np.stack([frames.normal[0], frames.binormal[0]])
+        frames, bent = centreline.states(best)
+        off = frames.position[0] - begin
+        across, tangent = off - (off @ axis) * axis, frames.tangent[0] - (frames.tangent[0] @ axis) * axis
+        bend = bent[0] @ np.stack([frames.normal[0], frames.binormal[0]])
         slope, curve = across @ tangent, tangent @ tangent + across @ bend
         if curve >= 0.0:
             break
-        best = min(max(best - slope / curve, 0.0), centreline.length)
-    return float(np.linalg.norm(away(np.append(s, best)), axis=1).max())
+        step = float(slope / curve)
+        best = min(max(best - step, 0.0), centreline.length)
+        if abs(step) <= 1e-9 * centreline.length:
+            break
+    return max(float(heights.max()), float(np.linalg.norm(away(np.array([best]))[0])))

@@ -42,6 +42,7 @@ def test_gaps_are_those_of_each_alone(solved: list[RodSolution]) -> None:
     measure_gaps(equilibria)
     measured = [one for one in equilibria if "self_gap" in one.__dict__]
     assert len(measured) > 200
+    assert any(len(one.centreline.pieces) > 1 for one in measured)
     for one in measured:
         alone = self_gap(one.centreline, one.diameter / 2.0)
         if alone is None:
