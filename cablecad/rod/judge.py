@@ -18,15 +18,18 @@ from cablecad.rod.course import Course
 from cablecad.rod.equilibria import SHARP_MODES, SMOOTH_MODES, SMOOTH_OMEGA, Equilibria
 from cablecad.rod.midpoint import State
 from cablecad.rod.ritz import ritz
-from cablecad.rod.stability import NEUTRAL, forms_at_nodes
+from cablecad.rod.stability import NEUTRAL, forms_at_nodes, stability
 from cablecad.rod.steady import is_steady
 from cablecad.rod.trial import Array, TrialSpace, legendre, trial_space
 
-TRIAL_MODES = ((4.0, 16), (6.0, 24), (8.0, 32), (11.0, 44), (18.0, 60), (np.inf, 84))
-"""Trial functions by steepness: margins to 1e-6 (1 + steepness^2) (2e-6 beyond 36), and far better below most steps."""
+TRIAL_MODES = ((4.0, 16), (6.0, 24), (8.0, 32), (11.0, 44), (18.0, 60), (60.0, 84))
+"""Trial functions by steepness: margins to 1e-6 (1 + steepness^2), and far better below most steps."""
 
-VERDICT_MODES = ((4.0, 12), (6.0, 16), (8.0, 24), (11.0, 32), (14.0, 44), (np.inf, 60))
-"""As many give 1e-4 (1 + steepness^2), and 2e-4 beyond 36."""
+SHARPEST = 60.0
+"""Steeper shapes, long loops, are judged on panels that get small towards their loop, one by one."""
+
+VERDICT_MODES = ((4.0, 12), (6.0, 16), (8.0, 24), (11.0, 32), (14.0, 44), (SHARPEST, 60))
+"""As many give 1e-4 (1 + steepness^2)."""
 
 SURE = 1e-3
 """A margin above this share of 1 + steepness^2 by `VERDICT_MODES` is stable without more ado."""
@@ -42,7 +45,8 @@ CLEAR = 0.02
 
 def clear_verdict(margins: Array, steepness: Array) -> np.ndarray:
     """1 or -1 where the sign of a rough margin is beyond doubt, else 0."""
-    verdict: np.ndarray = np.where(np.abs(margins) > CLEAR * (1.0 + steepness**2), np.sign(margins), 0).astype(int)
+    clear = (np.abs(margins) > CLEAR * (1.0 + steepness**2)) & (steepness <= SHARPEST)
+    verdict: np.ndarray = np.where(clear, np.sign(margins), 0).astype(int)
     return verdict
 
 
@@ -53,8 +57,12 @@ def judge(found: Equilibria) -> None:
         return
     steepness = np.maximum(found.omega, found.kappa_max / 2.0)[missing]
     limits, counts = zip(*TRIAL_MODES, strict=True)
-    _judge_with(found, missing, np.array(counts)[np.searchsorted(limits, steepness)])
-    doubtful = np.min(np.abs(found.margins[missing]), axis=1) < DOUBT * (1.0 + steepness**2)
+    plain = steepness <= SHARPEST
+    if plain.any():
+        _judge_with(found, missing[plain], np.array(counts)[np.searchsorted(limits, steepness[plain])])
+    for row in missing[~plain]:
+        _judge_on_panels(found, row)
+    doubtful = plain & (np.min(np.abs(found.margins[missing]), axis=1) < DOUBT * (1.0 + steepness**2))
     if doubtful.any():
         _judge_with(found, missing[doubtful], np.full(np.count_nonzero(doubtful), FINEST))
     found.verdict[missing] = np.where(found.margins[missing] > NEUTRAL, 1, -1)
@@ -66,7 +74,7 @@ def decide(found: Equilibria, plane: Literal[0, 1]) -> np.ndarray:
     One equilibrium that is stable beyond doubt is seen to be so without its margins.
     """
     if not found.verdict[:, plane].all():
-        if len(found) == 1:
+        if len(found) == 1 and max(found.omega[0], found.kappa_max[0] / 2.0) <= SHARPEST:
             steady, free = _one_is_steady(found)
             if steady:
                 found.verdict[:] = 1
@@ -86,6 +94,23 @@ def _judge_with(found: Equilibria, rows: np.ndarray, counts: np.ndarray) -> None
         theta, kappa, _ = some.at(space.s)
         forms, found.free_turns[own] = _forms(some, space, np.cos(theta), np.sin(theta), kappa)
         found.margins[own] = np.linalg.eigvalsh(forms)[..., 0].T
+
+
+def _judge_on_panels(found: Equilibria, i: int) -> None:
+    """Margins of one row by `stability`, which chooses its panels."""
+    row = found.take(np.array([i]))
+    ratio = float(row.torsion_ratio[0])
+    judged = stability(
+        lambda s: row.at(np.atleast_1d(s))[0][0],
+        lambda s: row.at(np.atleast_1d(s))[1][0],
+        row.force[0],
+        start_clamped=bool(row.held[0, 0]),
+        end_clamped=bool(row.held[0, 1]),
+        torsion_ratio=None if math.isnan(ratio) else ratio,
+        chord=_chord(row)[0],
+    )
+    found.margins[i] = float(judged.in_plane), float(judged.out_of_plane)
+    found.free_turns[i] = bool(judged.free_turn)
 
 
 def _one_is_steady(row: Equilibria) -> tuple[bool, bool]:

@@ -11,6 +11,7 @@ from cablecad.model import Cable, Clamp, Material, Pin
 from cablecad.rod.room import judge_together, measure_gaps
 from cablecad.rod.solution import RodSolution
 from cablecad.rod.solve import solve_many
+from cablecad.rod.stability import stability
 from cablecad.self_gap import self_gap
 
 MATERIAL = Material(youngs_modulus=1000.0, poissons_ratio=0.25)
@@ -87,3 +88,26 @@ def test_few_are_left_to_themselves() -> None:
     assert isinstance(solution, RodSolution)
     measure_gaps(solution.equilibria[:1])
     assert "self_gap" not in solution.equilibria[0].__dict__
+
+
+def test_a_long_loop_is_judged_on_panels() -> None:
+    """Ends drawn far past each other: the pendulum nearly stands, and the loop takes a tenth of the length."""
+    loop = Cable("loop", 0.1, Clamp((0, 0, 0), (1, 0, 0)), Clamp((-93.0, 0, 0), (1, 0, 0)), length=100.0)
+    straightened = Cable("arc", 0.1, Clamp((0, 0, 0), (1, 0, 0)), Clamp((93.0, 0, 0), (1, 0, 0)), length=100.0)
+    for cable in (loop, straightened):
+        (solution,) = solve_many([cable], search="wide")
+        assert isinstance(solution, RodSolution)
+        for one in solution.equilibria:
+            row = one.trace.row  # type: ignore[union-attr]
+            if row.taut[0]:
+                continue
+            fine = stability(
+                lambda s, row=row: row.at(np.atleast_1d(s))[0][0],
+                lambda s, row=row: row.at(np.atleast_1d(s))[1][0],
+                row.force[0],
+                start_clamped=True,
+                end_clamped=True,
+            )
+            size = 1.0 + max(row.omega[0], row.kappa_max[0] / 2.0) ** 2
+            assert one.stability.in_plane == pytest.approx(float(fine.in_plane), abs=3e-6 * size)
+            assert one.stability.out_of_plane == pytest.approx(float(fine.out_of_plane), abs=3e-6 * size)
