@@ -33,6 +33,9 @@ T = TypeVar("T")
 _MOST_TASKS = 2000
 """A process is replaced after so many tasks: Open Cascade keeps some 16 kB of each."""
 
+_STARTS = 3
+"""So often a process is started before it is said that none can be: one may be killed as any other may."""
+
 _CODE = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from cablecad.batch.child import serve; "
     "serve(sys.argv[2:])"
@@ -177,12 +180,12 @@ class _Worker:
         """The process, started if there is none or it has died since its last answer.
 
         Raises:
-            WorkerStartError: It died twice before it was ready.
+            WorkerStartError: It died before it was ready, `_STARTS` times.
         """
         if self._child is not None and not self._child.died:
             return self._child
         told = ""
-        for _ in range(2):
+        for _ in range(_STARTS):
             self._dismiss()
             child = self._child = _Child(self._preload)
             if self._killed:  # in between

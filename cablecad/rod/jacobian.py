@@ -60,7 +60,7 @@ def functions_of(x: Any) -> Functions:
 
 def some(condition: Any) -> bool:
     """Whether a condition holds anywhere."""
-    return condition if isinstance(condition, bool) else bool(np.any(condition))
+    return condition if condition is True or condition is False else bool(np.any(condition))
 
 
 def descend(m: Any, m1: Any) -> tuple[list[Step], Any]:
@@ -68,7 +68,9 @@ def descend(m: Any, m1: Any) -> tuple[list[Step], Any]:
     sqrt = functions_of(m1).sqrt
     steps: list[Step] = []
     a, g, c2, c_over_m = 1.0, sqrt(m1), m, 1.0
-    while not steps or some(c2 > _NEGLIGIBLE * (a * a)):  # one always: zeta/m has a limit at m = 0
+    one = isinstance(m1, float)
+    while not steps or (c2 > _NEGLIGIBLE * (a * a) if one else some(c2 > _NEGLIGIBLE * (a * a))):
+        # One always: zeta/m has a limit at m = 0.
         mean = 0.5 * (a + g)
         quarter = 0.25 / mean
         c_over_m = quarter * (c_over_m * (m * c_over_m) if steps else 1.0)  # c'/m, c' = c^2/(4 a'): (a - g)/2 cancels
