@@ -62,3 +62,15 @@ def process() -> Iterator[Callable[..., subprocess.Popen[str]]]:
         one.kill()
         with one:  # closes its pipes and waits for it
             pass
+
+
+@pytest.fixture(scope="session")
+def draws() -> None:
+    """VTK can draw here: it needs a library of the system, without which there is no picture to look at."""
+    from cablecad.errors import MissingDependencyError
+    from cablecad.picture.offscreen import offscreen_window
+
+    try:
+        offscreen_window(16, 16)
+    except MissingDependencyError as error:
+        pytest.skip(str(error).partition("\n")[0])

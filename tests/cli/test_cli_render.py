@@ -29,17 +29,6 @@ def here(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.fixture
-def draws():
-    from cablecad.errors import MissingDependencyError
-    from cablecad.picture.offscreen import offscreen_window
-
-    try:
-        offscreen_window(16, 16)
-    except MissingDependencyError as error:
-        pytest.skip(str(error).partition("\n")[0])
-
-
 def size_of(path) -> tuple[int, int]:
     data = path.read_bytes()
     assert data.startswith(b"\x89PNG\r\n\x1a\n")
