@@ -19,7 +19,7 @@ from OCP.TopoDS import TopoDS, TopoDS_Shape, TopoDS_Wire
 
 from cablecad.bench.scenes import Array
 from cablecad.brep.kernel import HArray1_gp_Pnt, array1_of_doubles, array1_of_ints, array1_of_points, silence
-from cablecad.brep.quintic import DEGREE
+from cablecad.brep.knots import DEGREE
 from cablecad.brep.spline import FittedCentreline, FittedPiece
 from cablecad.centreline import Centreline
 from cablecad.errors import GeometryError
@@ -62,11 +62,11 @@ def quintic_spine(centreline: Centreline, spans: int) -> TopoDS_Wire:
     bend = centreline.bishop([0.0, centreline.length])[0]
     second = bend[:, :1] * ends.normal + bend[:, 1:] * ends.binormal
     conditions: Any = tuple([(1, ends.tangent[i]), (2, second[i])] for i in range(2))
-    poles = make_interp_spline(s, centreline.position(s), k=DEGREE, bc_type=conditions).c
+    poles = make_interp_spline(s, centreline.position(s), k=5, bc_type=conditions).c
     multiplicities = np.ones(spans + 1, dtype=int)
-    multiplicities[[0, -1]] = DEGREE + 1
+    multiplicities[[0, -1]] = 6
     knots = array1_of_doubles(s)
-    return _wire(Geom_BSplineCurve(array1_of_points(poles), knots, array1_of_ints(multiplicities), DEGREE, False))
+    return _wire(Geom_BSplineCurve(array1_of_points(poles), knots, array1_of_ints(multiplicities), 5, False))
 
 
 def sweep_pipe(spine: TopoDS_Wire, start: Array, tangent: Array, radius: float) -> TopoDS_Shape:

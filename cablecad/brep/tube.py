@@ -14,9 +14,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal, get_args
+from typing import Literal, cast, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 from OCP.BRep import BRep_Builder
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeWire
 from OCP.BRepOffsetAPI import BRepOffsetAPI_MakePipeShell
@@ -37,7 +38,9 @@ from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Edge, TopoDS_Face, TopoDS_Shell, TopoDS_Solid, TopoDS_Vertex, TopoDS_Wire
 
+from cablecad.brep.bspline import end_orders, interpolate
 from cablecad.brep.kernel import (
+    Array2_double,
     array1_of_doubles,
     array1_of_ints,
     array1_of_points,
@@ -47,7 +50,7 @@ from cablecad.brep.kernel import (
     occ_errors,
     silence,
 )
-from cablecad.brep.quintic import DEGREE, interpolate
+from cablecad.brep.knots import DEGREE
 from cablecad.brep.spline import FittedCentreline, FittedPiece
 from cablecad.centreline import Array, Line
 from cablecad.errors import GeometryError, UsageError
@@ -67,6 +70,9 @@ _CIRCLE_MULTIPLICITIES = np.array([3, 2, 2, 3])
 _CIRCLE_SLIP = 1e-8
 """How far a cap's parameter curve may slip along the true circle [mm]: a tenth of Open Cascade's edge tolerance. The
 shape is not touched by it, for both curves lie on the same circle."""
+
+_CIRCLE_ERROR = 1.21
+"""Of a parameter curve of one span an arc, in the leading term of its error [rad]."""
 
 _EDGE_TOLERANCE = 1e-7
 """Open Cascade's own confusion distance [mm]; never less, more only where coordinates are so large that they round."""
@@ -94,7 +100,7 @@ def build_tube(fit: FittedCentreline, radius: float, *, method: Method = "direct
     """
     if method not in get_args(Method):
         raise UsageError(f"no method {method!r} to make a tube; take one of {', '.join(get_args(Method))}")
-    with silence(), occ_errors(GeometryError, "making the tube", "try another tolerance or report the scene"):
+    with occ_errors(GeometryError, "making the tube", "try another tolerance or report the scene"):
         return _direct(fit, radius) if method == "direct" else _pipe_shell(fit, radius)
 
 
@@ -182,7 +188,11 @@ def _side(
     builder.UpdateEdge(seam, _line2d(turn, 0.0, 0.0, 1.0), _line2d(0.0, 0.0, 0.0, 1.0), face, tolerance)
     builder.Continuity(seam, face, face, GeomAbs_CN)
     for station, v in ((start, 0.0), (end, top)):
-        around = _line2d(0.0, v, 1.0, 0.0) if isinstance(piece, Line) else _circle_parameter(radius, v)
+        around = (
+            _line2d(0.0, v, 1.0, 0.0)
+            if isinstance(piece, Line)
+            else cast(Geom2d_Curve, _circle_parameter(_circle_spans(radius), v).Copy())
+        )
         builder.UpdateEdge(station.circle, around, face, tolerance)
     wire = TopoDS_Wire()
     builder.MakeWire(wire)
@@ -196,18 +206,16 @@ def _side(
     return face
 
 
-def _spline_side(piece: FittedPiece, radius: float) -> tuple[Geom_BSplineSurface, Geom_BSplineCurve]:
+def _spline_side(piece: FittedPiece, radius: float) -> tuple[Geom_BSplineSurface, Geom_Curve]:
     """The surface spline times circle, and its seam at u = 0."""
     position, normal, binormal = piece.poles[:, 0:3], piece.poles[:, 3:6], piece.poles[:, 6:9]
     a, b = radius * _CIRCLE_POLES[:, 0, None, None], radius * _CIRCLE_POLES[:, 1, None, None]
-    poles = position + a * normal + b * binormal  # (7, spans + 5, 3)
-    weights = np.repeat(_CIRCLE_WEIGHTS[:, None], len(position), axis=1)
+    poles = position + a * normal + b * binormal  # (7, spans + 9, 3)
     knots = array1_of_doubles(piece.knots)
-    multiplicities = np.ones(len(piece.knots), dtype=int)
-    multiplicities[[0, -1]] = DEGREE + 1
+    multiplicities = _clamped_multiplicities(len(piece.knots), DEGREE)
     surface = Geom_BSplineSurface(
         array2_of_points(poles),
-        array2_of_doubles(weights),
+        _circle_weights(len(position)),
         array1_of_doubles(_CIRCLE_KNOTS),
         knots,
         array1_of_ints(_CIRCLE_MULTIPLICITIES),
@@ -217,8 +225,13 @@ def _spline_side(piece: FittedPiece, radius: float) -> tuple[Geom_BSplineSurface
         False,
         False,
     )
-    seam = Geom_BSplineCurve(array1_of_points(poles[0]), knots, array1_of_ints(multiplicities), DEGREE, False)
-    return surface, seam
+    return surface, surface.UIso(0.0)
+
+
+@lru_cache(maxsize=64)
+def _circle_weights(columns: int) -> Array2_double:
+    """Weights of a side's poles."""
+    return array2_of_doubles(np.repeat(_CIRCLE_WEIGHTS[:, None], columns, axis=1))
 
 
 def _cap(builder: BRep_Builder, station: _Station, tolerance: float, *, at_end: bool) -> TopoDS_Face:
@@ -236,39 +249,46 @@ def _cap(builder: BRep_Builder, station: _Station, tolerance: float, *, at_end: 
     return face
 
 
-@lru_cache(maxsize=8)
-def _circle_parameter_poles(spans: int) -> tuple[Array, Array, Array]:
-    """u as a function of the angle on the true circle: poles, knots [rad] and multiplicities of a quintic spline.
+@lru_cache(maxsize=16)
+def _circle_parameter(spans: int, v: float) -> Geom2d_BSplineCurve:
+    """A circle on a spline side at constant `v`: u as a function of the angle on the true circle [rad].
 
     On an arc of half-angle beta the rational quadratic with parameter t runs through the angle psi from its middle by
     t = (1 + tan(psi / 2) / tan(beta / 2)) / 2. Between arcs u is only C1, so each arc is a spline of its own, of
-    `spans` spans. The error is below 0.08 / spans^6 of the angle (tests/brep/test_tube.py).
+    `spans` spans. The error is below `_CIRCLE_ERROR` / spans^10 of the angle (tests/brep/test_tube.py).
     """
     beta = math.pi / 3.0
-    psi = np.linspace(-beta, beta, spans + 1)
-    slope = math.tan(beta / 2.0)
+    psi, slope = np.linspace(-beta, beta, spans + 1), math.tan(beta / 2.0)
     t = (1.0 + np.tan(psi / 2.0) / slope) / 2.0
-    first = 0.25 / slope / math.cos(beta / 2.0) ** 2
-    second = first * math.tan(beta / 2.0)
-    ends = [[np.array([first]), np.array([sign * second])] for sign in (-1.0, 1.0)]
-    arc = interpolate(psi, t[:, None], (1, 2), *ends).poles[:, 0]
+    # Odd derivatives of the tangent, as polynomials in its square; the same at both ends.
+    odd = ((1.0, 1.0), (6.0, 8.0, 2.0), (120.0, 240.0, 136.0, 16.0), (5040.0, 13440.0, 12096.0, 3968.0, 272.0))
+    ends = [
+        np.array([np.polyval(factors, slope**2) / (2.0 * slope) / 2.0**order])
+        for order, factors in zip(end_orders(DEGREE), odd, strict=True)
+    ]
+    arc = interpolate(psi, DEGREE, t[:, None], np.array(ends), np.array(ends)).poles[:, 0]
     poles = np.concatenate([(arc[0 if i == 0 else 1 :] + i) / 3.0 for i in range(3)])
     knots = np.concatenate([psi[0 if i == 0 else 1 :] + beta + 2.0 * beta * i for i in range(3)])
-    multiplicities = np.ones(len(knots), dtype=int)
-    multiplicities[[0, -1]] = DEGREE + 1
-    multiplicities[[spans, 2 * spans]] = DEGREE  # C0 in form: the splines of two arcs meet in one pole
     knots[-1] = 2.0 * math.pi
-    return poles, knots, multiplicities
-
-
-def _circle_parameter(radius: float, v: float) -> Geom2d_BSplineCurve:
-    """A circle of `radius` on a spline side at constant `v`."""
-    spans = max(6, math.ceil((0.08 * radius / _CIRCLE_SLIP) ** (1.0 / 6.0)))
-    poles, knots, multiplicities = _circle_parameter_poles(spans)
+    multiplicities = _clamped_multiplicities(len(knots), DEGREE)
+    multiplicities[[spans, 2 * spans]] = DEGREE  # C0 in form: the splines of two arcs meet in one pole
     points = np.stack([poles, np.full(len(poles), v)], axis=1)
     return Geom2d_BSplineCurve(
         array1_of_points2d(points), array1_of_doubles(knots), array1_of_ints(multiplicities), DEGREE, False
     )
+
+
+def _circle_spans(radius: float) -> int:
+    """Spans of an arc's parameter curve that let it slip by `_CIRCLE_SLIP` at most."""
+    spans: float = (_CIRCLE_ERROR * radius / _CIRCLE_SLIP) ** (1.0 / (DEGREE + 1))
+    return max(3, math.ceil(spans))
+
+
+def _clamped_multiplicities(count: int, degree: int) -> NDArray[np.int_]:
+    """Of the knots of a spline that begins and ends in a pole."""
+    multiplicities = np.ones(count, dtype=int)
+    multiplicities[[0, -1]] = degree + 1
+    return multiplicities
 
 
 def _line2d(u: float, v: float, du: float, dv: float) -> Geom2d_Curve:
@@ -300,7 +320,8 @@ def _pipe_shell(fit: FittedCentreline, radius: float) -> TopoDS_Solid:
     sweep.SetMode(False)  # corrected Frenet: plain Frenet flips at inflections
     sweep.SetTolerance(_SWEEP_TOLERANCE)
     sweep.Add(profile)
-    sweep.Build()
+    with silence():
+        sweep.Build()
     if not sweep.IsDone() or not sweep.MakeSolid():
         raise GeometryError("Open Cascade's pipe shell failed on this centreline; use the direct method")
     return TopoDS.Solid(sweep.Shape())
@@ -310,8 +331,7 @@ def _spine_edge(piece: Line | FittedPiece) -> TopoDS_Edge:
     if isinstance(piece, Line):
         ends = piece.frames(np.array([0.0, piece.length])).position
         return BRepBuilderAPI_MakeEdge(_point(ends[0]), _point(ends[1])).Edge()
-    multiplicities = np.ones(len(piece.knots), dtype=int)
-    multiplicities[[0, -1]] = DEGREE + 1
+    multiplicities = _clamped_multiplicities(len(piece.knots), DEGREE)
     # Parametrised by arclength in mm: the sweep's tolerances count in it.
     knots = array1_of_doubles(piece.knots * piece.length)
     curve = Geom_BSplineCurve(

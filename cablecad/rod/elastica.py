@@ -37,15 +37,18 @@ def curvature_derivatives(kappa: Array, sine: Array, cosine: Array, force: float
         order: Highest derivative.
 
     Returns:
-        Shape (order + 1, n). Leibniz' rule carries sin(psi)' = cos(psi) kappa and cos(psi)' = -sin(psi) kappa along.
+        Shape (order + 1, n). By Taylor coefficients, with exp(i psi)' = i kappa exp(i psi) carried along.
     """
-    kappas, sines, cosines = [kappa], [sine], [cosine]
-    for j in range(order):
-        kappas.append(-force * sines[j])
-        binomials = [math.comb(j, i) for i in range(j + 1)]
-        sines.append(sum((c * cosines[j - i] * kappas[i] for i, c in enumerate(binomials)), np.zeros_like(kappa)))
-        cosines.append(-sum((c * sines[j - i] * kappas[i] for i, c in enumerate(binomials)), np.zeros_like(kappa)))
-    return np.array(kappas)
+    bends, turns = np.empty((order + 1, len(kappa))), np.empty((order + 1, len(kappa)), dtype=complex)
+    bends[0], turns[0] = kappa, cosine + 1j * sine
+    factorial = 1.0
+    for n in range(1, order + 1):
+        bends[n] = (-force / n) * turns[n - 1].imag
+        turns[n] = np.einsum("jn,jn->n", turns[n - 1 :: -1], bends[:n]) * (1j / n)
+    for n in range(1, order + 1):
+        factorial *= n
+        bends[n] *= factorial
+    return bends
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from oracle import PinnedOracle
 from scipy.interpolate import BSpline
 
 from cablecad.brep import spline
+from cablecad.brep.knots import DEGREE, KnotCount
 from cablecad.brep.spline import FittedPiece, fit_centreline
 from cablecad.centreline import Arc, Array, Centreline, Line, Placement
 from cablecad.errors import GeometryError, UsageError
@@ -32,7 +33,7 @@ TOLERANCES = [10.0**-n for n in range(1, 10)]
 
 def as_built(piece: FittedPiece) -> BSpline:
     """The spline from its poles and knots alone, as CAD will evaluate it."""
-    return BSpline(np.concatenate([np.zeros(5), piece.knots, np.ones(5)]), piece.poles, 5)
+    return BSpline(np.concatenate([np.zeros(DEGREE), piece.knots, np.ones(DEGREE)]), piece.poles, DEGREE)
 
 
 def side(piece: FittedPiece, exact: Centreline, radius: float, samples: int) -> Iterator[tuple[Array, Array]]:
@@ -66,9 +67,9 @@ def fits_made(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     made: list[int] = []
     interpolate = spline._interpolate
 
-    def counted(piece: Centreline, radius: float, knots: Array) -> FittedPiece:
+    def counted(piece: Centreline, radius: float, knots: Array, wanted: KnotCount) -> FittedPiece:
         made.append(len(knots) - 1)
-        return interpolate(piece, radius, knots)
+        return interpolate(piece, radius, knots, wanted)
 
     monkeypatch.setattr(spline, "_interpolate", counted)
     return made
@@ -123,11 +124,13 @@ def test_centreline_against_mpmath(angle: float) -> None:
 
 @pytest.mark.parametrize("k", [0.2, 0.342, 0.6, 0.8, 0.95, 0.999, 0.99999])
 def test_knots_are_no_more_than_needed(k: float) -> None:
-    """Far below the coarsest fits the deviation comes out near the share of the tolerance aimed at, 0.3."""
+    """Far below the coarsest fits the deviation comes out near the share of the tolerance aimed at, 0.1."""
     for tolerance in (1e-6, 1e-7, 1e-8, 1e-9):
         fit = fit_centreline(arch(k, 350.0), 2.0, tolerance=tolerance)
-        # With few spans the round number is more than the one computed, by up to one: ((n - 1) / n)^6.
-        assert 0.22 * ((fit.spans - 1) / fit.spans) ** 6 < fit.deviation / tolerance < 0.4
+        # With few spans the round number is more than the one computed, by up to one: ((n - 1) / n)^q; beside the ends
+        # the error is up to twice as large.
+        rounded = ((fit.spans - 1) / fit.spans) ** (DEGREE + 1)
+        assert 0.06 * rounded < fit.deviation / tolerance < 0.3
 
 
 def test_coarse_tolerances_take_few_fits(fits_made: list[int]) -> None:
@@ -157,13 +160,11 @@ def test_deviation_of_any_error() -> None:
     rng = np.random.default_rng(8)
     radius = 2.0
     u = np.linspace(0.0, 2.0 * math.pi, 7201)
-    exact = arch(0.5, 350.0).frames(np.array([100.0]))
-    fields = np.hstack([exact.position, exact.normal, exact.binormal])
     for _ in range(200):
         error = rng.normal(size=(1, 9)) * np.repeat(10.0 ** rng.uniform(-3.0, 0.0, 3), 3)
         p, n, b = np.split(error[0], 3)
         swept = np.linalg.norm(p + radius * (np.cos(u)[:, None] * n + np.sin(u)[:, None] * b), axis=1).max()
-        measured = spline._deviation(fields + error, exact, radius)
+        measured = spline._deviation(error, radius)
         assert 0.9975 * swept <= measured <= swept * (1.0 + 1e-6)
 
 
@@ -184,24 +185,24 @@ def test_ends_are_exact(name: str) -> None:
         assert np.abs(values - np.hstack([frames.position, frames.normal, frames.binormal])).max() < 4 * EPS * 350.0
         turning = np.hstack([frames.tangent, -k[:, :1] * frames.tangent, -k[:, 1:] * frames.tangent])
         assert np.abs(slopes - turning).max() < 1e-12
-        assert np.array_equal(piece.end_position, frames.position)
-        assert np.array_equal(piece.end_tangent, frames.tangent)
-        assert np.array_equal(piece.end_normal, frames.normal)
+        assert np.abs(piece.end_position - frames.position).max() < 4 * EPS * 350.0
+        assert np.abs(piece.end_tangent - frames.tangent).max() < 4 * EPS
+        assert np.abs(piece.end_normal - frames.normal).max() < 4 * EPS
+        assert np.array_equal(piece.end_position, piece.poles[[0, -1], :3])
 
 
-def test_four_derivatives_are_continuous() -> None:
+def test_derivatives_are_continuous_but_for_the_highest() -> None:
     fit = fit_centreline(CURVES["k=.8"], 2.0, tolerance=1e-3)
     (piece,) = fit.pieces
     assert isinstance(piece, FittedPiece)
-    assert piece.poles.shape == (fit.spans + 5, 9)
+    assert piece.poles.shape == (fit.spans + DEGREE, 9)
     assert np.all(np.diff(piece.knots) > 0.0)
-    inner, hair = piece.knots[1:-1], 1e-9
+    inner, hair, everywhere = piece.knots[1:-1], 1e-9, np.linspace(0.0, 1.0, 999)
     built = as_built(piece)
-    for derivative in range(5):
+    for derivative in range(DEGREE + 1):
         jump = np.abs(built(inner + hair, nu=derivative) - built(inner - hair, nu=derivative)).max()
-        assert jump < 1e-6 * np.abs(built(np.linspace(0, 1, 999), nu=derivative)).max()
-    jump = np.abs(built(inner + hair, nu=5) - built(inner - hair, nu=5)).max()
-    assert jump > 1e-2 * np.abs(built(np.linspace(0, 1, 999), nu=5)).max()
+        size = np.abs(built(everywhere, nu=derivative)).max()
+        assert jump > 1e-2 * size if derivative == DEGREE else jump < 1e-6 * size
 
 
 def test_plane_curve_stays_in_its_plane() -> None:
@@ -225,7 +226,7 @@ def test_straight_pieces_stay_lines() -> None:
 def test_arc_of_next_to_no_curvature(kappa: float) -> None:
     place = Placement(np.zeros(3), np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
     fit = fit_centreline(Centreline([Arc(place, 80.0, kappa)]), 2.0, tolerance=1e-9)
-    assert fit.spans == 4
+    assert fit.spans == 2
     assert fit.deviation < 16 * EPS * 80.0
 
 
@@ -302,7 +303,7 @@ def test_scale_invariance(name: str) -> None:
         scale = length / scaled(1.0).length
         fit = fit_centreline(scaled(scale), 2.0 * scale, tolerance=1e-4 * scale)
         assert fit.spans == base.spans
-        assert fit.deviation == pytest.approx(base.deviation * scale, rel=1e-6)
+        assert fit.deviation == pytest.approx(base.deviation * scale, rel=1e-6, abs=16 * EPS * length)
         for mine, other in zip(base.pieces, fit.pieces, strict=True):
             if isinstance(mine, FittedPiece) and isinstance(other, FittedPiece):
                 assert np.abs(mine.poles[:, :3] * scale - other.poles[:, :3]).max() < 1e-12 * length
@@ -357,5 +358,5 @@ def test_hundred_turns_of_a_helix() -> None:
     (piece,) = fit.pieces
     assert isinstance(piece, FittedPiece)
     greatest = max(float(np.linalg.norm(a - b, axis=1).max()) for a, b in side(piece, curve, 5.0, 7))
-    assert 0.2e-6 < greatest <= 0.5e-6
-    assert 2300 < fit.spans < 3400
+    assert 0.05e-6 < greatest <= 0.3e-6
+    assert 900 < fit.spans < 1600

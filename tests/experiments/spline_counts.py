@@ -2,8 +2,9 @@
 
 1. `SAMPLES_A_SPAN` and the angles around the circle: by how much the sampled maximum misses the one of 100 samples a
    span and 180 angles. (The report promises 16 samples; the crest is in the middle of a span, where 4 find it too.)
-2. `_AIM`, `_LEAST_DENSITY` and `_NEXT_TERM`: knots and fits that are needed, over curves and tolerances.
-   A second fit costs more than some knots; knots are bytes in every file.
+2. `_AIM` and, of `knots`, `_LEAST_DENSITY`: knots and fits that are needed, over curves and tolerances. A second fit
+   costs more than some knots; knots are bytes in every file.
+3. `DEGREE`: poles by tolerance.
 
 The product's own choice is marked with *.
 """
@@ -13,10 +14,12 @@ import sys
 import time
 
 import numpy as np
+from scipy.special import bernoulli
 
 from cablecad.bench.tubes import RADII, wave
-from cablecad.brep import spline
+from cablecad.brep import knots, spline
 from cablecad.centreline import Centreline
+from cablecad.errors import GeometryError
 
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8)
 
@@ -51,7 +54,7 @@ def deviation(curve, piece, radius, per_span, around):
     steps = np.arange(per_span) / per_span
     s = np.append((piece.knots[:-1, None] + np.diff(piece.knots)[:, None] * steps).ravel(), 1.0) * piece.length
     exact = curve.frames(s)
-    p, n, b = np.split(piece.evaluate(s) - np.hstack([exact.position, exact.normal, exact.binormal]), 3, axis=1)
+    p, n, b = np.split(piece.evaluate(s)[0] - np.hstack([exact.position, exact.normal, exact.binormal]), 3, axis=1)
     worst = 0.0
     for angle in np.linspace(0.0, 2.0 * math.pi, around, endpoint=False):
         off = p + radius * (math.cos(angle) * n + math.sin(angle) * b)
@@ -59,20 +62,20 @@ def deviation(curve, piece, radius, per_span, around):
     return worst
 
 
-def knots(name, values):
+def counted(module, name, values):
     say(f"{name}: knots in all, fits in all (one a curve is the least), ms in all")
-    chosen = getattr(spline, name)
+    chosen = getattr(module, name)
     interpolate = spline._interpolate
     for value in values:
-        setattr(spline, name, value)
+        setattr(module, name, value)
         fits = 0
 
-        def counted(*arguments):
+        def count(*arguments):
             nonlocal fits
             fits += 1
             return interpolate(*arguments)
 
-        spline._interpolate = counted
+        spline._interpolate = count
         spans, least = 0, 0
         begun = time.perf_counter()
         for curve, radius in curves():
@@ -82,11 +85,39 @@ def knots(name, values):
         taken = (time.perf_counter() - begun) * 1e3
         spline._interpolate = interpolate
         say(f" {'*' if value == chosen else ' '} {value}: {spans}, {fits} ({least}), {taken:.0f}")
-    setattr(spline, name, chosen)
+    setattr(module, name, chosen)
+
+
+def degrees():
+    say("degree: poles in all of k = 0.342, 0.8, 0.999, by tolerance from 1e-1 to 1e-9 mm, and fits in all")
+    chosen = knots.DEGREE
+    interpolate = spline._interpolate
+    for degree in (5, 7, 9, 11):
+        order = degree + 1
+        span_error = (2.0 - 0.5**degree) * abs(bernoulli(order)[order]) / math.factorial(order)
+        for module in (knots, spline):
+            module.DEGREE, module.ORDER, module.SPAN_ERROR = degree, order, span_error
+        fits, texts = 0, []
+
+        def count(*arguments):
+            nonlocal fits
+            fits += 1
+            return interpolate(*arguments)
+
+        spline._interpolate = count
+        for tolerance in (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9):
+            try:
+                found = [spline.fit_centreline(curve, radius, tolerance=tolerance) for curve, radius in curves()]
+            except GeometryError:
+                texts.append("rounding")
+            else:
+                texts.append(str(sum(len(fit.pieces[0].poles) for fit in found)))
+        spline._interpolate = interpolate
+        say(f" {'*' if degree == chosen else ' '} {degree}: {', '.join(texts)}; {fits} (27)")
 
 
 if __name__ == "__main__":
     samples()
-    knots("_AIM", (0.1, 0.15, 0.2, 0.3, 0.5, 0.7, 0.8, 0.9))
-    knots("_LEAST_DENSITY", (0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 1.0))
-    knots("_NEXT_TERM", (0.0, 0.2, 0.45, 0.9))
+    counted(spline, "_AIM", (0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7))
+    counted(knots, "_LEAST_DENSITY", (0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 1.0))
+    degrees()

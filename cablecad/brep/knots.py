@@ -1,0 +1,184 @@
+"""How many knots a fit takes, and where: every span has the same error, by exact derivatives.
+
+The error of interpolation at the knots by a spline of odd degree, of order q = degree + 1, is
+
+    f - s = (Bq(t) - Bq(0)) / q! h^q f^(q)   at the share t of a span h,   Bq the Bernoulli polynomial,
+
+exact for f^(q) constant. It has no odd derivatives at the knots, so that those given at the ends of the spline add
+nothing to it; to a changing f^(q) they add as much again, in the two spans beside an end. For f = exp(i w s) it is so
+many times as large in the middle of a span, with x = w h / (2 pi),
+
+    ((1 - x)^-q + (1 + x)^-q) / 2
+
+but for terms below 3^-q: what is left of the sums over k of (x + k)^-q, odd k over all k. With w^2 from the derivatives
+of the orders q and q + 2 that corrects the formula for spans that are not short. All derivatives follow from the
+curvature's by the equations of the frame.
+
+Nothing here needs Open Cascade.
+
+Source: C. A. Hall, W. W. Meyer, Optimal error bounds for cubic spline interpolation, J. Approx. Theory 16 (1976), for
+the argument; the constant is confirmed by tests/convergence/test_spline_order.py.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablecad.brep.bspline import end_orders
+from cablecad.centreline import Array, Centreline
+
+DEGREE = 9
+"""Of the spline. To 1e-2 mm it takes no more poles than degrees five or seven, to 1e-6 mm half and five sixths of
+theirs; with a higher one rounding comes into sight (tests/experiments/spline_counts.py)."""
+
+ORDER = DEGREE + 1
+"""Of the error: that of the first derivative a spline does not follow."""
+
+SPAN_ERROR = (2.0 - 0.5**DEGREE) * (5.0 / 66.0) / math.factorial(ORDER)
+"""|B10(1/2) - B10(0)| / 10! = 4.2e-8, the error of a span of length one for a tenth derivative of one."""
+
+_SAMPLES, _SAMPLES_A_RADIAN = 65, 2.0
+"""Where the derivatives are taken: in a gentle piece, and a radian of the tightest bend."""
+
+_MOST_SAMPLES = 400_000
+"""Four a span of the longest spline there may be."""
+
+_BLOCK = 8192
+"""Samples worked on at once."""
+
+_REACH = 1
+"""To how many samples on either side the greatest density nearby counts."""
+
+_LEAST_DENSITY = 0.2
+"""Least density of knots against the greatest: neighbouring spans stay of like length, and no feature is skipped."""
+
+_LEAST_SPANS = 2.0
+"""Spans of the gentlest piece."""
+
+_MOST_OF_A_WAVE = 0.4
+"""Greatest x of the formula: of half a wave a span a spline knows nothing more."""
+
+_NO_SIZE = 1e-100
+"""In place of a derivative or a density that vanishes; its square does not."""
+
+
+class KnotCount(NamedTuple):
+    """How many knots one smooth piece takes from its start on, and the derivatives at its ends.
+
+    Attributes:
+        s: Arclengths [mm], shape (n,).
+        knots: Knots up to there, shape (n,); the last is the number of spans.
+        start: Derivatives of position, normal and binormal at the start, in its frame, of the orders that a spline is
+            given, shape (orders, 3, 3).
+        end: Likewise at the end.
+    """
+
+    s: Array
+    knots: Array
+    start: Array
+    end: Array
+
+
+def count_knots(piece: Centreline, radius: float, error: float) -> KnotCount:
+    """Count the knots of one smooth piece, by exact derivatives.
+
+    Args:
+        piece: The exact curve.
+        radius: Of the tube [mm].
+        error: Of the tube's side, that every span shall have [mm].
+    """
+    wanted = _SAMPLES_A_RADIAN * piece.greatest_curvature()[0] * piece.length
+    s = np.linspace(0.0, piece.length, math.ceil(min(max(_SAMPLES, wanted), _MOST_SAMPLES)))
+    blocks = [_turning(piece, s[low : low + _BLOCK]) for low in range(0, len(s), _BLOCK)]
+    sizes = np.concatenate([turning.sizes(radius) for turning in blocks], axis=1)
+    density = _spread(knot_density(sizes[0], sizes[1], error), piece.length)
+    count = np.zeros(len(s))
+    np.cumsum((density[1:] + density[:-1]) * (piece.length / 2.0 / (len(s) - 1)), out=count[1:])
+    orders = np.array(end_orders(DEGREE))
+    return KnotCount(s, count, blocks[0].derivatives(0, orders), blocks[-1].derivatives(-1, orders))
+
+
+def knot_density(first: Array, second: Array, error: float) -> Array:
+    """Knots per mm that leave an error [mm], from the sizes of the derivatives of the orders q and q + 2."""
+    density = np.maximum((SPAN_ERROR / error * first) ** (1.0 / ORDER), _NO_SIZE)
+    x2 = second / (np.maximum(first, _NO_SIZE) * (2.0 * math.pi * density) ** 2)
+    x = np.minimum(np.sqrt(x2) * (1.0 + ORDER * (ORDER + 1) / 2.0 * x2) ** (-1.0 / ORDER), _MOST_OF_A_WAVE)
+    density *= (((1.0 - x) ** -ORDER + (1.0 + x) ** -ORDER) / 2.0) ** (1.0 / ORDER)
+    return density
+
+
+def _spread(density: Array, length: float) -> Array:
+    """A density of knots, evened out [1/mm]."""
+    # A knot needs its neighbours: take the greatest nearby, so that no sharp drop stands beside a crest.
+    for _ in range(_REACH):
+        wide = density.copy()
+        np.maximum(wide[1:], density[:-1], out=wide[1:])
+        np.maximum(wide[:-1], density[1:], out=wide[:-1])
+        density = wide
+    evened: Array = np.maximum(density, max(_LEAST_DENSITY * float(density.max()), _LEAST_SPANS / length))
+    return evened
+
+
+class _Turning(NamedTuple):
+    """Derivatives of the tangent T and of M = N + i B by arclength, in the frame at the point, (orders, n, 3) each."""
+
+    tangent: Array
+    normals: NDArray[np.complex128]
+
+    def sizes(self, radius: float) -> Array:
+        """Bounds on derivatives q and q + 2 of the points of the side, shape (2, n) [mm^(1 - order)]."""
+        along, around = np.linalg.norm(self.tangent, axis=2), np.linalg.norm(self.normals, axis=2)
+        bounds: Array = along[ORDER - 1 : -1 : 2] + radius * around[ORDER::2]
+        return bounds
+
+    def derivatives(self, i: int, orders: NDArray[np.int_]) -> Array:
+        """Derivatives of position, normal and binormal at a point, shape (orders, 3, 3)."""
+        normals = self.normals[orders, i]
+        return np.stack([self.tangent[orders - 1, i], normals.real, normals.imag], axis=1)
+
+
+class _PlaneTurning(NamedTuple):
+    """The same of a plane curve: the tangent as a complex number z, to which the normal is i z, shape (orders, n)."""
+
+    tangent: NDArray[np.complex128]
+
+    def sizes(self, radius: float) -> Array:
+        turns = np.abs(self.tangent)
+        bounds: Array = turns[ORDER - 1 : -1 : 2] + radius * turns[ORDER::2]
+        return bounds
+
+    def derivatives(self, i: int, orders: NDArray[np.int_]) -> Array:
+        before, z = self.tangent[orders - 1, i], self.tangent[orders, i]
+        found = np.zeros((len(orders), 3, 3))
+        found[:, 0, 0], found[:, 0, 1] = before.real, before.imag
+        found[:, 1, 0], found[:, 1, 1] = -z.imag, z.real
+        return found
+
+
+def _turning(piece: Centreline, s: Array) -> _Turning | _PlaneTurning:
+    """By recursions for Taylor coefficients, from those of the curvature.
+
+    With k = k1 + i k2 the frame obeys T' = Re(conj(k) M), M' = -k T; in a plane z' = i k1 z.
+    """
+    highest = ORDER + 2
+    k1, k2 = np.moveaxis(piece.bishop(s, highest - 1), 2, 0)
+    factorials = np.array([[math.factorial(n)] for n in range(highest + 1)], dtype=float)
+    if not k2.any():
+        k = k1 / factorials[:-1]
+        z = np.empty((highest + 1, len(s)), dtype=complex)
+        z[0] = 1.0
+        for n in range(highest):
+            z[n + 1] = np.einsum("jn,jn->n", k[n::-1], z[: n + 1]) * (1j / (n + 1))
+        return _PlaneTurning(z * factorials)
+    k = (k1 + 1j * k2) / factorials[:-1]
+    t, m = np.zeros((highest + 1, len(s), 3)), np.zeros((highest + 1, len(s), 3), dtype=complex)
+    t[0], m[0] = [1.0, 0.0, 0.0], [0.0, 1.0, 1.0j]
+    for n in range(highest):
+        before = k[n::-1]  # k_n to k_0, to meet the frame's coefficients 0 to n
+        t[n + 1] = np.einsum("jn,jnc->nc", before.conj(), m[: n + 1]).real / (n + 1)
+        m[n + 1] = -np.einsum("jn,jnc->nc", before, t[: n + 1]) / (n + 1)
+    return _Turning(t * factorials[:, :, None], m * factorials[:, :, None])
