@@ -209,7 +209,8 @@ def silence() -> Iterator[None]:
     Only what was taken away is put back, so blocks that overlap, in whatever order they end, lose no printer of a host.
     """
     messenger = Message.DefaultMessenger_s()
-    printers = list(messenger.Printers())
+    held = messenger.Printers()
+    printers = [held.Value(i) for i in range(1, held.Upper() + 1)]  # list(held), held.Size(): a hundred times as long
     messenger.ChangePrinters().Clear()
     try:
         yield
