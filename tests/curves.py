@@ -62,6 +62,9 @@ class Helix:
         values = self.curvature * (1j * self.torsion) ** derivatives * np.exp(1j * self.torsion * s)
         return np.stack([values.real, values.imag], axis=2)
 
+    def turns(self, _s: Array, _order: int) -> None:
+        return None
+
     def greatest_curvature(self) -> tuple[float, float]:
         return self.curvature, self.length / 2.0
 

@@ -82,24 +82,23 @@ class Spline:
         distinct, last = self.knots.distinct, self.knots.spans - 1
         span = np.minimum(np.maximum(np.searchsorted(distinct, x, side="right") - 1, 0), last)
         steps = self.knots.steps[span]
-        powers = _powers((x - distinct[span]) / steps, self.knots.degree, derivatives)
+        powers = powers_of((x - distinct[span]) / steps, self.knots.degree, derivatives)
         values: Array = np.einsum("dnk,nkc->dnc", powers, self.polynomials[span])
         for order in range(1, derivatives + 1):
             values[order] /= (steps**order)[:, None]
         return values
 
-    def sampled(self, shares: Array, derivatives: int = 0, spans: slice = slice(None)) -> Array:
-        """Derivatives 0..`derivatives` at the same shares of every span, in order of the span.
+    def sampled(self, powers: Array, spans: slice = slice(None)) -> Array:
+        """Derivatives at the same shares of every span, in order of the span.
 
         Args:
-            shares: Within [0, 1], shape (samples,).
-            derivatives: Highest derivative.
+            powers: Of the shares, by `powers_of`.
             spans: Which of them.
 
         Returns:
             Shape (derivatives + 1, spans times samples, columns).
         """
-        powers = _powers(shares, self.knots.degree, derivatives)
+        derivatives = len(powers) - 1
         values: Array = np.matmul(powers[:, None], self.polynomials[spans])
         for order in range(1, derivatives + 1):
             values[order] /= self.knots.steps[spans, None, None] ** order
@@ -122,8 +121,12 @@ class Spline:
         return found
 
 
-def _powers(shares: Array, degree: int, derivatives: int) -> Array:
-    """What the coefficients of a polynomial count in its derivatives, shape (derivatives + 1, n, degree + 1)."""
+def powers_of(shares: Array, degree: int, derivatives: int) -> Array:
+    """What the coefficients of a polynomial count in its derivatives at shares of a span, shape (n,).
+
+    Returns:
+        Shape (derivatives + 1, n, degree + 1).
+    """
     powers = np.zeros((derivatives + 1, len(shares), degree + 1))
     powers[0] = np.vander(shares, degree + 1, increasing=True)
     for order in range(1, derivatives + 1):

@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablecad.brep.bspline import end_orders
-from cablecad.centreline import Array, Centreline
+from cablecad.centreline import Array, Centreline, ComplexArray
 
 DEGREE = 9
 """Of the spline. To 1e-2 mm it takes no more poles than degrees five or seven, to 1e-6 mm half and five sixths of
@@ -127,7 +127,7 @@ class _Turning(NamedTuple):
     """Derivatives of the tangent T and of M = N + i B by arclength, in the frame at the point, (orders, n, 3) each."""
 
     tangent: Array
-    normals: NDArray[np.complex128]
+    normals: ComplexArray
 
     def sizes(self, radius: float) -> Array:
         """Bounds on derivatives q and q + 2 of the points of the side, shape (2, n) [mm^(1 - order)]."""
@@ -144,7 +144,7 @@ class _Turning(NamedTuple):
 class _PlaneTurning(NamedTuple):
     """The same of a plane curve: the tangent as a complex number z, to which the normal is i z, shape (orders, n)."""
 
-    tangent: NDArray[np.complex128]
+    tangent: ComplexArray
 
     def sizes(self, radius: float) -> Array:
         turns = np.abs(self.tangent)
@@ -160,20 +160,16 @@ class _PlaneTurning(NamedTuple):
 
 
 def _turning(piece: Centreline, s: Array) -> _Turning | _PlaneTurning:
-    """By recursions for Taylor coefficients, from those of the curvature.
+    """From the piece, or by a recursion for Taylor coefficients.
 
-    With k = k1 + i k2 the frame obeys T' = Re(conj(k) M), M' = -k T; in a plane z' = i k1 z.
+    With k = k1 + i k2 the frame obeys T' = Re(conj(k) M), M' = -k T.
     """
     highest = ORDER + 2
+    turns = piece.pieces[0].turns(s, highest)
+    if turns is not None:
+        return _PlaneTurning(turns)
     k1, k2 = np.moveaxis(piece.bishop(s, highest - 1), 2, 0)
     factorials = np.array([[math.factorial(n)] for n in range(highest + 1)], dtype=float)
-    if not k2.any():
-        k = k1 / factorials[:-1]
-        z = np.empty((highest + 1, len(s)), dtype=complex)
-        z[0] = 1.0
-        for n in range(highest):
-            z[n + 1] = np.einsum("jn,jn->n", k[n::-1], z[: n + 1]) * (1j / (n + 1))
-        return _PlaneTurning(z * factorials)
     k = (k1 + 1j * k2) / factorials[:-1]
     t, m = np.zeros((highest + 1, len(s), 3)), np.zeros((highest + 1, len(s), 3), dtype=complex)
     t[0], m[0] = [1.0, 0.0, 0.0], [0.0, 1.0, 1.0j]

@@ -19,6 +19,8 @@ import math
 
 import numpy as np
 
+from cablecad.brep.bspline import powers_of
+from cablecad.brep.knots import DEGREE
 from cablecad.brep.spline import FittedCentreline, FittedPiece
 from cablecad.centreline import Array
 
@@ -26,7 +28,7 @@ _POINTS = 14
 """Gauss points a span: exact for degree 27, three splines of degree nine and a derivative less."""
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(_POINTS)
-_SHARES = (1.0 + _NODES) / 2.0
+_AT_NODES = powers_of((1.0 + _NODES) / 2.0, DEGREE, 1)
 
 _ANGLES = np.linspace(0.0, 2.0 * math.pi, 8, endpoint=False)
 _COSINES, _SINES = np.cos(_ANGLES), np.sin(_ANGLES)
@@ -53,7 +55,7 @@ def measure_tube(fit: FittedCentreline, radius: float) -> tuple[float, float]:
 def _spans(piece: FittedPiece, spans: slice, radius: float) -> tuple[float, float]:
     """Volume and area of the side over some spans."""
     weights = (np.diff(piece.knots)[spans, None] / 2.0 * _WEIGHTS).ravel()
-    values, slopes = piece.spline.sampled(_SHARES, 1, spans)
+    values, slopes = piece.spline.sampled(_AT_NODES, spans)
     vectors = np.concatenate([values[:, 3:], slopes], axis=1).reshape(-1, 5, 3)  # N, B, P', N', B'
     section = np.linalg.det(vectors[:, :3])
     size = _side(vectors @ vectors.transpose(0, 2, 1), radius)

@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cablecad.brep.bspline import Spline, end_orders, interpolate
+from cablecad.brep.bspline import Spline, end_orders, interpolate, powers_of
 from cablecad.brep.knots import DEGREE, ORDER, KnotCount, count_knots
 from cablecad.centreline import Array, Centreline, Frames, Line, Side, locate
 from cablecad.errors import GeometryError, UsageError
@@ -27,12 +27,16 @@ SAMPLES_A_SPAN = 16
 
 _SHARES = np.arange(SAMPLES_A_SPAN) / SAMPLES_A_SPAN
 _CLOSED = np.append(_SHARES, 1.0)
+_AT_SHARES, _BENDS_AT_CLOSED = powers_of(_SHARES, DEGREE, 0), powers_of(_CLOSED, DEGREE, 2)
 
 _ANGLES = np.linspace(0.0, 2.0 * math.pi, 64, endpoint=False)
 """Where around the circle the deviation is measured: its square has two waves at most, whose crest 64 points find to
 0.5 %."""
 
 _WAVES = np.stack([np.ones(64), np.cos(_ANGLES), np.sin(_ANGLES), np.cos(2.0 * _ANGLES), np.sin(2.0 * _ANGLES)], axis=1)
+
+_NO_SHARE = 1e-4
+"""Share of the deviation below which an error of the binormal is added to it rather than looked into."""
 
 _BLOCK = 512
 """Spans measured at once: 4 MB for all angles, whatever the number of spans."""
@@ -94,7 +98,7 @@ class FittedPiece:
         kappa, at = 0.0, 0.0
         for low in range(0, self.spans, _BLOCK):
             block = slice(low, low + _BLOCK)
-            _, first, second = self.spline.sampled(_CLOSED, 2, block)[:, :, :3]
+            _, first, second = self.spline.sampled(_BENDS_AT_CLOSED, block)[:, :, :3]
             square = _dot(first, first)
             normal = second - (_dot(second, first) / square)[:, None] * first
             bend = _dot(normal, normal) / square**2
@@ -266,7 +270,7 @@ def _interpolate(piece: Centreline, radius: float, knots: Array, wanted: KnotCou
     spline.poles[:, level] = values[0, level]
     deviation = 0.0
     for low in range(0, len(knots) - 1, _BLOCK):
-        sampled = spline.sampled(_SHARES, 0, slice(low, low + _BLOCK))[0]
+        sampled = spline.sampled(_AT_SHARES, slice(low, low + _BLOCK))[0]
         error = sampled - columns[low * SAMPLES_A_SPAN :][: len(sampled)]
         deviation = max(deviation, _deviation(error, radius))
     return FittedPiece(piece.length, spline, deviation, ends.position, ends.tangent, ends.normal)
@@ -275,12 +279,13 @@ def _interpolate(piece: Centreline, radius: float, knots: Array, wanted: KnotCou
 def _deviation(error: Array, radius: float) -> float:
     """Greatest error of points of the side [mm], from those of (position, normal, binormal) at some stations, (n, 9).
 
-    With the errors p, n, b its square is |p + r (n cos(u) + b sin(u))|^2.
+    With the errors p, n, b it is |p + r (n cos(u) + b sin(u))|, without b the greatest for cos(u) = 1 or -1.
     """
     p, n, b = error[:, :3], radius * error[:, 3:6], radius * error[:, 6:]
+    plane = math.sqrt(max(float(_dot(some, some).max()) for some in (p + n, p - n)))
+    left = float(np.abs(b).max())
+    if left <= _NO_SHARE * plane:  # a plane curve's binormal is constant but for rounding
+        return plane + math.sqrt(3.0) * left
     nn, bb = _dot(n, n) / 2.0, _dot(b, b) / 2.0
     waves = np.array([_dot(p, p) + nn + bb, 2.0 * _dot(p, n), 2.0 * _dot(p, b), nn - bb, _dot(n, b)])
-    # Where the amplitudes together are below what eight angles find elsewhere, no angle can count.
-    found = float((_WAVES[::8] @ waves).max())
-    most = waves[0] + np.hypot(waves[1], waves[2]) + np.hypot(waves[3], waves[4])
-    return math.sqrt(max(float((_WAVES @ waves[:, most >= found]).max(initial=0.0)), found, 0.0))
+    return math.sqrt(float((_WAVES @ waves).max()))

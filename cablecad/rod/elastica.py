@@ -21,13 +21,15 @@ from functools import cached_property
 
 import numpy as np
 
-from cablecad.centreline import Array, Frames, Placement
+from cablecad.centreline import Array, ComplexArray, Frames, Placement
 from cablecad.rod.elliptic import complete_k, jacobi
 from cablecad.rod.jacobian import Jacobian
 
 
-def curvature_derivatives(kappa: Array, sine: Array, cosine: Array, force: float, order: int) -> Array:
-    """Derivatives 0..order of the curvature of any elastica by arclength, from kappa' = -P sin(psi).
+def elastica_derivatives(
+    kappa: Array, sine: Array, cosine: Array, force: float, order: int
+) -> tuple[Array, ComplexArray]:
+    """Derivatives 0..order by arclength of the curvature and of the tangent of any elastica.
 
     Args:
         kappa: Curvature psi', shape (n,) [1/mm].
@@ -37,18 +39,18 @@ def curvature_derivatives(kappa: Array, sine: Array, cosine: Array, force: float
         order: Highest derivative.
 
     Returns:
-        Shape (order + 1, n). By Taylor coefficients, with exp(i psi)' = i kappa exp(i psi) carried along.
+        Of the curvature, by kappa' = -P sin(psi), and of exp(i psi), by its derivative i kappa exp(i psi): a recursion
+        for Taylor coefficients, shape (order + 1, n) each.
     """
     bends, turns = np.empty((order + 1, len(kappa))), np.empty((order + 1, len(kappa)), dtype=complex)
-    bends[0], turns[0] = kappa, cosine + 1j * sine
-    factorial = 1.0
+    bends[0], turns[0].real, turns[0].imag = kappa, cosine, sine
     for n in range(1, order + 1):
         bends[n] = (-force / n) * turns[n - 1].imag
         turns[n] = np.einsum("jn,jn->n", turns[n - 1 :: -1], bends[:n]) * (1j / n)
-    for n in range(1, order + 1):
-        factorial *= n
-        bends[n] *= factorial
-    return bends
+    factorials = np.array([[math.factorial(n)] for n in range(order + 1)], dtype=float)
+    bends *= factorials
+    turns *= factorials
+    return bends, turns
 
 
 @dataclass(frozen=True)
@@ -113,12 +115,20 @@ class Inflexional:
 
     def bishop(self, s: Array, order: int) -> Array:
         """Derivatives 0..order of the curvature, in the first of the two components."""
+        values = np.zeros((order + 1, len(s), 2))
+        values[:, :, 0] = self._derivatives(s, order)[0]
+        return values
+
+    def turns(self, s: Array, order: int) -> ComplexArray:
+        """Derivatives 0..order of the tangent in the frame at `s`, shape (order + 1, n)."""
+        turns = self._derivatives(s, order)[1]
+        turns *= turns[0].conj()
+        return turns
+
+    def _derivatives(self, s: Array, order: int) -> tuple[Array, ComplexArray]:
         sn, cn, dn, _ = self._jacobian(self.u0 + self.omega * s)
         sine, cosine = (2.0 * self.k) * sn * dn, dn * dn - self.m * (sn * sn)
-        values = np.zeros((order + 1, len(s), 2))
-        kappa = (2.0 * self.k * self.omega) * cn
-        values[:, :, 0] = curvature_derivatives(kappa, sine, cosine, self.force, order)
-        return values
+        return elastica_derivatives((2.0 * self.k * self.omega) * cn, sine, cosine, self.force, order)
 
     def greatest_curvature(self) -> tuple[float, float]:
         """2 k omega where cn u = +-1 inside the stretch, else the greater of the two ends."""

@@ -12,9 +12,9 @@ from functools import cached_property
 
 import numpy as np
 
-from cablecad.centreline import Array, Frames, Placement
+from cablecad.centreline import Array, ComplexArray, Frames, Placement
 from cablecad.rod.course import Course, Points
-from cablecad.rod.elastica import curvature_derivatives
+from cablecad.rod.elastica import elastica_derivatives
 from cablecad.rod.midpoint import State
 from cablecad.rod.taut import Taut
 
@@ -51,10 +51,19 @@ class _Shape:
 
     def bishop(self, s: Array, order: int) -> Array:
         """Derivatives 0..order of the curvature, in the first of the two components."""
-        at = self._points(s / self.length)
         values = np.zeros((order + 1, len(s), 2))
-        values[:, :, 0] = curvature_derivatives(at.kappa / self.length, at.sine, at.cosine, self.force, order)
+        values[:, :, 0] = self._derivatives(s, order)[0]
         return values
+
+    def turns(self, s: Array, order: int) -> ComplexArray:
+        """Derivatives 0..order of the tangent in the frame at `s`, shape (order + 1, n)."""
+        turns = self._derivatives(s, order)[1]
+        turns *= turns[0].conj()
+        return turns
+
+    def _derivatives(self, s: Array, order: int) -> tuple[Array, ComplexArray]:
+        at = self._points(s / self.length)
+        return elastica_derivatives(at.kappa / self.length, at.sine, at.cosine, self.force, order)
 
     def greatest_curvature(self) -> tuple[float, float]:
         """At an end, or at a crest of |kappa|, where kappa' = 0, refined by Newton's method from samples."""

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from oracle import PinnedOracle
 
-from cablecad.centreline import Array, Placement
+from cablecad.centreline import Arc, Array, Line, Piece, Placement
 from cablecad.rod.elastica import Inflexional
 from cablecad.rod.elliptic import complete_k
 
@@ -192,3 +192,18 @@ def test_greatest_curvature_at_an_end(m: float, m1: float, crest: float) -> None
         kappa, at = rod.greatest_curvature()
         assert kappa == pytest.approx(2.0 * rod.k * rod.omega, rel=1e-12)
         assert at == pytest.approx(where, abs=1e-9)
+
+
+@pytest.mark.parametrize("order", [1, 4, 12])
+def test_turns_are_derivatives_of_the_tangent(order: int) -> None:
+    """By the frame's equation z' = i kappa z, from the derivatives of the curvature."""
+    s = np.linspace(0.0, 5.0, 7)
+    pieces: list[Piece] = [Inflexional(FLAT, 5.0, 0.7, 0.6, 0.4, -1.1), Arc(FLAT, 5.0, -0.3), Line(FLAT, 5.0)]
+    for piece in pieces:
+        turns, kappa = piece.turns(s, order), piece.bishop(s, order)[:, :, 0]
+        assert turns is not None
+        assert turns.shape == (order + 1, 7)
+        assert np.abs(turns[0] - 1.0).max() < 4 * EPS
+        for n in range(order):
+            expected = 1j * sum(math.comb(n, j) * kappa[j] * turns[n - j] for j in range(n + 1))
+            assert np.abs(turns[n + 1] - expected).max() <= 1e-13 * max(1.0, float(np.abs(expected).max()))
