@@ -95,9 +95,10 @@ class Piece(Protocol):
         ...
 
     def turns(self, s: Array, order: int) -> ComplexArray | None:
-        """Derivatives 0..order of the tangent at `s` as complex numbers, tangent and normal there being 1 and i.
+        """Derivatives 0..order of the tangent by the share of the length, which has them finite at any size.
 
-        Shape (order + 1, n); None for a piece that may leave the plane.
+        As complex numbers, tangent and normal at `s` being 1 and i, shape (order + 1, n); None for a piece that may
+        leave the plane.
         """
         ...
 
@@ -185,8 +186,8 @@ class Arc:
         return values
 
     def turns(self, s: Array, order: int) -> ComplexArray:
-        """Powers of i kappa, shape (order + 1, n)."""
-        return np.repeat((1j * self.kappa) ** np.arange(order + 1)[:, None], len(s), axis=1)
+        """Powers of i kappa times the length, shape (order + 1, n)."""
+        return np.repeat((1j * self.kappa * self.length) ** np.arange(order + 1)[:, None], len(s), axis=1)
 
     def greatest_curvature(self) -> tuple[float, float]:
         """The curvature; it is the same all along and is said to stand at the middle."""

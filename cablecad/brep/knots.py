@@ -12,7 +12,7 @@ many times as large in the middle of a span, with x = w h / (2 pi),
 
 but for terms below 3^-q: what is left of the sums over k of (x + k)^-q, odd k over all k. With w^2 from the derivatives
 of the orders q and q + 2 that corrects the formula for spans that are not short. All derivatives follow from the
-curvature's by the equations of the frame.
+curvature's by the equations of the frame; they are by the share of the length, which keeps them finite at any size.
 
 Nothing here needs Open Cascade.
 
@@ -40,6 +40,8 @@ ORDER = DEGREE + 1
 
 SPAN_ERROR = (2.0 - 0.5**DEGREE) * (5.0 / 66.0) / math.factorial(ORDER)
 """|B10(1/2) - B10(0)| / 10! = 4.2e-8, the error of a span of length one for a tenth derivative of one."""
+
+_END_ORDERS = np.array(end_orders(DEGREE))
 
 _SAMPLES, _SAMPLES_A_RADIAN = 65, 2.0
 """Where the derivatives are taken: in a gentle piece, and a radian of the tightest bend."""
@@ -70,14 +72,14 @@ class KnotCount(NamedTuple):
     """How many knots one smooth piece takes from its start on, and the derivatives at its ends.
 
     Attributes:
-        s: Arclengths [mm], shape (n,).
+        share: Of its length, shape (n,).
         knots: Knots up to there, shape (n,); the last is the number of spans.
-        start: Derivatives of position, normal and binormal at the start, in its frame, of the orders that a spline is
-            given, shape (orders, 3, 3).
+        start: Derivatives of position [mm], normal and binormal by the share at the start, in its frame, of the orders
+            that a spline is given, shape (orders, 3, 3).
         end: Likewise at the end.
     """
 
-    s: Array
+    share: Array
     knots: Array
     start: Array
     end: Array
@@ -91,19 +93,24 @@ def count_knots(piece: Centreline, radius: float, error: float) -> KnotCount:
         radius: Of the tube [mm].
         error: Of the tube's side, that every span shall have [mm].
     """
-    wanted = _SAMPLES_A_RADIAN * piece.greatest_curvature()[0] * piece.length
-    s = np.linspace(0.0, piece.length, math.ceil(min(max(_SAMPLES, wanted), _MOST_SAMPLES)))
-    blocks = [_turning(piece, s[low : low + _BLOCK]) for low in range(0, len(s), _BLOCK)]
-    sizes = np.concatenate([turning.sizes(radius) for turning in blocks], axis=1)
-    density = _spread(knot_density(sizes[0], sizes[1], error), piece.length)
-    count = np.zeros(len(s))
-    np.cumsum((density[1:] + density[:-1]) * (piece.length / 2.0 / (len(s) - 1)), out=count[1:])
-    orders = np.array(end_orders(DEGREE))
-    return KnotCount(s, count, blocks[0].derivatives(0, orders), blocks[-1].derivatives(-1, orders))
+    length = piece.length
+    wanted = _SAMPLES_A_RADIAN * piece.greatest_curvature()[0] * length
+    share = np.linspace(0.0, 1.0, math.ceil(min(max(_SAMPLES, wanted), _MOST_SAMPLES)))
+    sizes, ends = np.empty((2, len(share))), []
+    for low in range(0, len(share), _BLOCK):
+        turning = _turning(piece, share[low : low + _BLOCK] * length)
+        sizes[:, low : low + _BLOCK] = turning.sizes(radius / length)
+        ends += [turning.derivatives(0, _END_ORDERS), turning.derivatives(-1, _END_ORDERS)]
+    density = _spread(knot_density(sizes[0], sizes[1], error / length))
+    knots = np.zeros(len(share))
+    np.cumsum((density[1:] + density[:-1]) / (2.0 * (len(share) - 1)), out=knots[1:])
+    for end in ends:
+        end[:, 0] *= length
+    return KnotCount(share, knots, ends[0], ends[-1])
 
 
 def knot_density(first: Array, second: Array, error: float) -> Array:
-    """Knots per mm that leave an error [mm], from the sizes of the derivatives of the orders q and q + 2."""
+    """Knots a unit that leave an error, from the sizes of the derivatives of the orders q and q + 2."""
     density = np.maximum((SPAN_ERROR / error * first) ** (1.0 / ORDER), _NO_SIZE)
     x2 = second / (np.maximum(first, _NO_SIZE) * (2.0 * math.pi * density) ** 2)
     x = np.minimum(np.sqrt(x2) * (1.0 + ORDER * (ORDER + 1) / 2.0 * x2) ** (-1.0 / ORDER), _MOST_OF_A_WAVE)
@@ -111,32 +118,32 @@ def knot_density(first: Array, second: Array, error: float) -> Array:
     return density
 
 
-def _spread(density: Array, length: float) -> Array:
-    """A density of knots, evened out [1/mm]."""
+def _spread(density: Array) -> Array:
+    """A density of knots by the share of the length, evened out."""
     # A knot needs its neighbours: take the greatest nearby, so that no sharp drop stands beside a crest.
     for _ in range(_REACH):
         wide = density.copy()
         np.maximum(wide[1:], density[:-1], out=wide[1:])
         np.maximum(wide[:-1], density[1:], out=wide[:-1])
         density = wide
-    evened: Array = np.maximum(density, max(_LEAST_DENSITY * float(density.max()), _LEAST_SPANS / length))
+    evened: Array = np.maximum(density, max(_LEAST_DENSITY * float(density.max()), _LEAST_SPANS))
     return evened
 
 
 class _Turning(NamedTuple):
-    """Derivatives of the tangent T and of M = N + i B by arclength, in the frame at the point, (orders, n, 3) each."""
+    """Derivatives of the tangent T and of M = N + i B by the share, in the frame at the point, (orders, n, 3)."""
 
     tangent: Array
     normals: ComplexArray
 
     def sizes(self, radius: float) -> Array:
-        """Bounds on derivatives q and q + 2 of the points of the side, shape (2, n) [mm^(1 - order)]."""
+        """Bounds on derivatives q and q + 2 of the points of the side; radius and bounds over the length, (2, n)."""
         along, around = np.linalg.norm(self.tangent, axis=2), np.linalg.norm(self.normals, axis=2)
         bounds: Array = along[ORDER - 1 : -1 : 2] + radius * around[ORDER::2]
         return bounds
 
     def derivatives(self, i: int, orders: NDArray[np.int_]) -> Array:
-        """Derivatives of position, normal and binormal at a point, shape (orders, 3, 3)."""
+        """Derivatives of position (over the length), normal and binormal at a point, shape (orders, 3, 3)."""
         normals = self.normals[orders, i]
         return np.stack([self.tangent[orders - 1, i], normals.real, normals.imag], axis=1)
 
@@ -170,7 +177,7 @@ def _turning(piece: Centreline, s: Array) -> _Turning | _PlaneTurning:
         return _PlaneTurning(turns)
     k1, k2 = np.moveaxis(piece.bishop(s, highest - 1), 2, 0)
     factorials = np.array([[math.factorial(n)] for n in range(highest + 1)], dtype=float)
-    k = (k1 + 1j * k2) / factorials[:-1]
+    k = (k1 + 1j * k2) * piece.length ** np.arange(1.0, highest + 1)[:, None] / factorials[:-1]
     t, m = np.zeros((highest + 1, len(s), 3)), np.zeros((highest + 1, len(s), 3), dtype=complex)
     t[0], m[0] = [1.0, 0.0, 0.0], [0.0, 1.0, 1.0j]
     for n in range(highest):

@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cablecad.brep.bspline import Spline, end_orders, interpolate, powers_of
+from cablecad.brep.bspline import Spline, interpolate, powers_of
 from cablecad.brep.knots import DEGREE, ORDER, KnotCount, count_knots
 from cablecad.centreline import Array, Centreline, Frames, Line, Side, locate
 from cablecad.errors import GeometryError, UsageError
@@ -233,7 +233,7 @@ def _fit_piece(piece: Centreline, radius: float, tolerance: float, start: float)
     spans = math.ceil(wanted.knots[-1] * (1.0 - 1e-12))
     least = math.inf
     while spans <= _MOST_SPANS:
-        knots = np.interp(np.linspace(0.0, wanted.knots[-1], spans + 1), wanted.knots, wanted.s / piece.length)
+        knots = np.interp(np.linspace(0.0, wanted.knots[-1], spans + 1), wanted.knots, wanted.share)
         fitted = _interpolate(piece, radius, knots, wanted)
         if fitted.deviation <= _SAMPLED * tolerance:
             return fitted
@@ -260,7 +260,7 @@ def _interpolate(piece: Centreline, radius: float, knots: Array, wanted: KnotCou
     columns = np.hstack([exact.position, exact.normal, exact.binormal])
     ends = Frames(*(field[[0, -1]] for field in exact))
     start, end = (
-        np.reshape(found @ axes, (-1, 9)) * piece.length ** np.array(end_orders(DEGREE))[:, None]
+        np.reshape(found @ axes, (-1, 9))
         for found, axes in zip((wanted.start, wanted.end), np.stack(ends[1:], axis=1), strict=True)
     )
     values = columns[::SAMPLES_A_SPAN]

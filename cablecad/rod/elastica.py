@@ -53,6 +53,12 @@ def elastica_derivatives(
     return bends, turns
 
 
+def in_own_frame(turns: ComplexArray) -> ComplexArray:
+    """Derivatives of the tangent turned to the frame in which the tangent itself is 1, shape (order + 1, n)."""
+    turned: ComplexArray = turns * turns[0].conj()
+    return turned
+
+
 @dataclass(frozen=True)
 class Inflexional:
     """A stretch of the inflexional elastica, as a piece of a centreline.
@@ -116,19 +122,18 @@ class Inflexional:
     def bishop(self, s: Array, order: int) -> Array:
         """Derivatives 0..order of the curvature, in the first of the two components."""
         values = np.zeros((order + 1, len(s), 2))
-        values[:, :, 0] = self._derivatives(s, order)[0]
+        values[:, :, 0] = self._derivatives(s, order, 1.0)[0]
         return values
 
     def turns(self, s: Array, order: int) -> ComplexArray:
-        """Derivatives 0..order of the tangent in the frame at `s`, shape (order + 1, n)."""
-        turns = self._derivatives(s, order)[1]
-        turns *= turns[0].conj()
-        return turns
+        """Derivatives 0..order of the tangent by the share of the length, in the frame at `s`, shape (order + 1, n)."""
+        return in_own_frame(self._derivatives(s, order, self.length)[1])
 
-    def _derivatives(self, s: Array, order: int) -> tuple[Array, ComplexArray]:
+    def _derivatives(self, s: Array, order: int, unit: float) -> tuple[Array, ComplexArray]:
+        """`elastica_derivatives`, lengths in a unit."""
         sn, cn, dn, _ = self._jacobian(self.u0 + self.omega * s)
-        sine, cosine = (2.0 * self.k) * sn * dn, dn * dn - self.m * (sn * sn)
-        return elastica_derivatives((2.0 * self.k * self.omega) * cn, sine, cosine, self.force, order)
+        sine, cosine, omega = (2.0 * self.k) * sn * dn, dn * dn - self.m * (sn * sn), self.omega * unit
+        return elastica_derivatives((2.0 * self.k * omega) * cn, sine, cosine, omega**2, order)
 
     def greatest_curvature(self) -> tuple[float, float]:
         """2 k omega where cn u = +-1 inside the stretch, else the greater of the two ends."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from cablecad.centreline import Array, ComplexArray, Frames, Placement
 from cablecad.rod.course import Course, Points
-from cablecad.rod.elastica import elastica_derivatives
+from cablecad.rod.elastica import elastica_derivatives, in_own_frame
 from cablecad.rod.midpoint import State
 from cablecad.rod.taut import Taut
 
@@ -52,18 +52,14 @@ class _Shape:
     def bishop(self, s: Array, order: int) -> Array:
         """Derivatives 0..order of the curvature, in the first of the two components."""
         values = np.zeros((order + 1, len(s), 2))
-        values[:, :, 0] = self._derivatives(s, order)[0]
+        at = self._points(s / self.length)
+        values[:, :, 0] = elastica_derivatives(at.kappa / self.length, at.sine, at.cosine, self.force, order)[0]
         return values
 
     def turns(self, s: Array, order: int) -> ComplexArray:
-        """Derivatives 0..order of the tangent in the frame at `s`, shape (order + 1, n)."""
-        turns = self._derivatives(s, order)[1]
-        turns *= turns[0].conj()
-        return turns
-
-    def _derivatives(self, s: Array, order: int) -> tuple[Array, ComplexArray]:
+        """Derivatives 0..order of the tangent by the share of the length, in the frame at `s`, shape (order + 1, n)."""
         at = self._points(s / self.length)
-        return elastica_derivatives(at.kappa / self.length, at.sine, at.cosine, self.force, order)
+        return in_own_frame(elastica_derivatives(at.kappa, at.sine, at.cosine, self._omega**2, order)[1])
 
     def greatest_curvature(self) -> tuple[float, float]:
         """At an end, or at a crest of |kappa|, where kappa' = 0, refined by Newton's method from samples."""

@@ -310,6 +310,16 @@ def test_scale_invariance(name: str) -> None:
                 assert np.abs(mine.poles[:, 3:] - other.poles[:, 3:]).max() < 1e-12
 
 
+@pytest.mark.parametrize("length", [1e-90, 1e-27, 1e-9, 1e12, 1e90])
+def test_no_size_is_too_small_or_too_large(length: float) -> None:
+    """Tenth derivatives by arclength would leave the range of numbers; those by the share of the length do not."""
+    for curve, like in ((arch(0.8, length), arch(0.8, 1.0)), (chain((length, 3.0 / length)), chain((1.0, 3.0)))):
+        fit = fit_centreline(curve, 0.01 * length, tolerance=1e-6 * length)
+        base = fit_centreline(like, 0.01, tolerance=1e-6)
+        assert fit.spans == base.spans
+        assert fit.deviation == pytest.approx(base.deviation * length, rel=1e-6)
+
+
 @pytest.mark.parametrize("length", [1e-2, 1.0, 350.0, 1e6])
 @pytest.mark.parametrize("k", [0.342, 0.8, 0.999])
 def test_finest_tolerance_is_reached(length: float, k: float) -> None:

@@ -200,7 +200,8 @@ def test_turns_are_derivatives_of_the_tangent(order: int) -> None:
     s = np.linspace(0.0, 5.0, 7)
     pieces: list[Piece] = [Inflexional(FLAT, 5.0, 0.7, 0.6, 0.4, -1.1), Arc(FLAT, 5.0, -0.3), Line(FLAT, 5.0)]
     for piece in pieces:
-        turns, kappa = piece.turns(s, order), piece.bishop(s, order)[:, :, 0]
+        turns = piece.turns(s, order)
+        kappa = piece.bishop(s, order)[:, :, 0] * 5.0 ** np.arange(1.0, order + 2)[:, None]
         assert turns is not None
         assert turns.shape == (order + 1, 7)
         assert np.abs(turns[0] - 1.0).max() < 4 * EPS
