@@ -86,7 +86,7 @@ class KindRow:
 def run(effort: Effort, tell: Tell) -> list[Table]:
     """The stage."""
     scenes = random_scenes(effort.count(2000, 60), 1)
-    by_search = effort.count(2000, 30)
+    by_search = effort.count(2000, 20)
     tell(f"{by_search} scenes by a search from 45 starts")
     searched = np.full(len(scenes.a), np.nan)
 
@@ -96,7 +96,7 @@ def run(effort: Effort, tell: Tell) -> list[Table]:
     search_time = once(search) / by_search
     kinds, ours = _kinds(effort, tell, scenes, searched)
     best = np.fmin(ours, searched)
-    count, few = effort.count(40, 16), effort.count(40, 2)
+    count, few = effort.count(40, 16), effort.count(40, 1)
     tell(f"{count} scenes by every method in turn")
     batch_times: list[float] = []
     together = scene_cables(scenes.take(slice(0, effort.count(1000, 60))))
@@ -108,7 +108,7 @@ def run(effort: Effort, tell: Tell) -> list[Table]:
     tell("reference scenes")
     truths = planar_truths()[:: effort.count(1, 10)]
     references = Scenes(*(np.array([getattr(t, key) for t in truths]) for key in ("a", "b", "end")))
-    checked, _ = in_turn(cases_of(references), all_methods())
+    checked, _ = in_turn(cases_of(references), all_methods(), few=effort.count(len(truths), 1))
     exact = np.array([t.energy for t in truths])
     places = np.array([t.points for t in truths])
     unit = median(times[UNIT])
@@ -195,7 +195,8 @@ def _shares(energy: Array, best: Array) -> tuple[float, float]:
 
 
 def _errors(found: Sequence[Found], exact: Array, places: Array) -> tuple[float | None, float | None]:
-    """Median relative error of the energy and of points, where the least energy was found."""
+    """Median relative error of the energy and of points, where the least energy was found; of the first scenes."""
+    exact, places = exact[: len(found)], places[: len(found)]
     off = np.abs(np.array([one.energy for one in found]) / exact - 1.0)
     right = off <= ALIKE
     if not right.any():
@@ -238,8 +239,8 @@ def _kinds(effort: Effort, tell: Tell, scenes: Scenes, searched: Array) -> tuple
         targets,
         (
             "above, below: energies that differ by more than 1e-9 of themselves, where the 45 starts have an answer",
-            "discrete rods: the first scenes, 200 segments from 10 random starts each; above: by more than twice the "
-            "rod's own discretisation error, a third of the difference to 100 segments",
+            f"discrete rods: the first scenes, 200 segments from {effort.count(10, 2)} random starts each; above: by "
+            "more than twice the rod's own discretisation error, a third of the difference to 100 segments",
         ),
     )
     return table, _energies(answers)

@@ -38,7 +38,6 @@ OURS = "cablecad"
 SHELL, SHELL_256 = "on MakePipeShell along our fit, 1e-6 mm", "on MakePipeShell along 256 spans, 1e-3 mm"
 METHODS = (OURS, SHELL, SHELL_256)
 TOLERANCE = 1e-3
-MANY = 100
 
 
 @dataclass(frozen=True)
@@ -83,11 +82,12 @@ def run(effort: Effort, tell: Tell) -> list[Table]:
     with TemporaryDirectory(prefix="cablecad-bench-") as place:
         tell("one cable")
         rows = _rows(1, Path(place), effort.count(15, 5))
-        tell(f"a scene of {MANY} cables")
-        rows += _rows(MANY, Path(place), effort.count(5, 1), warm=True)
+        many = effort.count(100, 40)
+        tell(f"a scene of {many} cables")
+        rows += _rows(many, Path(place), effort.count(5, 1), warm=True)
         tell("starting up")
         starts = _starts(Path(place), effort)
-    ours, *theirs = (next(r for r in rows if r.method == name and r.cables == MANY) for name in METHODS)
+    ours, *theirs = (next(r for r in rows if r.method == name and r.cables == many) for name in METHODS)
     over = {row.command: row.over for row in starts}
     solve, build = (next(value for key, value in over.items() if key.startswith(f"cablecad {x}")) for x in ("s", "b"))
     return [
@@ -97,7 +97,7 @@ def run(effort: Effort, tell: Tell) -> list[Table]:
             rows,
             [
                 *[
-                    Target(f"cable: {MANY} in a scene, time over the same {row.method}", ours.total / row.total, 1 / 3)
+                    Target(f"cable: {many} in a scene, time over the same {row.method}", ours.total / row.total, 1 / 3)
                     for row in theirs
                 ],
                 Target(
@@ -105,7 +105,7 @@ def run(effort: Effort, tell: Tell) -> list[Table]:
                 ),
             ],
             (
-                f"medians of {effort.count(15, 5)} builds of one cable and {effort.count(5, 1)} of {MANY}, in turn; "
+                f"medians of {effort.count(15, 5)} builds of one cable and {effort.count(5, 1)} of {many}, in turn; "
                 "U-shaped cables, 300 to 400 mm long, 4 mm thick; Open Cascade already imported",
                 "OCC's own writing: its transfer to a STEP model, and that model's text; rewriting: the same bytes in "
                 "any process, and to the disk",
@@ -126,7 +126,7 @@ def run(effort: Effort, tell: Tell) -> list[Table]:
                 ),
             ],
             (
-                f"medians of {effort.count(9, 4)} processes, with Open Cascade of {effort.count(9, 1)}, in turn; "
+                f"medians of {effort.count(9, 3)} processes, with Open Cascade of {effort.count(9, 1)}, in turn; "
                 "cablecad with its bytecode, as pip installs it",
             ),
         ),
@@ -283,7 +283,7 @@ def _starts(place: Path, effort: Effort) -> list[StartRow]:
 
     times = {
         name: taken
-        for commands, repeats in ((quick, effort.count(9, 4)), (slow, effort.count(9, 1)))
+        for commands, repeats in ((quick, effort.count(9, 3)), (slow, effort.count(9, 1)))
         for name, taken in take_turns(
             {name: partial(start, words) for name, words in commands.items()}, repeats
         ).items()
