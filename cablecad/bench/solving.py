@@ -9,27 +9,36 @@ stability are asked, which no rival knows.
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from statistics import median
 
 import numpy as np
 
 from cablecad.bench.clock import once
-from cablecad.bench.collocation import Found, Guess, boundary_value, naive_guess
-from cablecad.bench.discrete_rod import rod_energy, search_rod
+from cablecad.bench.collocation import Found
+from cablecad.bench.discrete_rod import rod_energy
+from cablecad.bench.methods import (
+    COLD,
+    NOTHING,
+    STARTS,
+    UNIT,
+    WARM,
+    Answer,
+    all_methods,
+    cases_of,
+    in_turn,
+    judge_all,
+    read_off,
+)
 from cablecad.bench.scenes import Array, Scenes, random_scenes, scene_cables
 from cablecad.bench.search import search_45
 from cablecad.bench.stage import Effort, Tell
 from cablecad.bench.table import Plot, Table, Target, column
 from cablecad.bench.truth import planar_truths
-from cablecad.errors import CablecadError, InfeasibleError, SolveError
-from cablecad.model import Cable
+from cablecad.errors import InfeasibleError
 from cablecad.rod.solution import RodSolution
-from cablecad.rod.solve import solve_many, solve_rod
+from cablecad.rod.solve import solve_many
 
 RESIDUAL = 1e-12
 """Target: largest unmet end condition, position over length, direction as an angle."""
@@ -40,14 +49,10 @@ SAME = 1e-9
 ALIKE = 0.01
 """Relative difference of energies that may be a rival's discretisation rather than another equilibrium."""
 
-COLD, BATCHED, WARM = "cablecad, cold", "cablecad, batched", "cablecad, warm (moved)"
-UNIT = "solve_bvp 1e-06, good start"
-STARTS = 3
+BATCHED = "cablecad, batched"
 
 PYELASTICA_MS, PYELASTICA_ERROR = 8100.0, 9.0e-5
 """Of PyElastica 1.0.0 on the scene random04, 32 segments: where its error had settled (`pyelastica`)."""
-
-Answer = RodSolution | CablecadError
 
 
 @dataclass(frozen=True)
@@ -78,76 +83,49 @@ class KindRow:
     below: int | None = column("below the 45 starts", form="d")
 
 
-@dataclass(frozen=True)
-class Case:
-    """A scene, and what some methods are given beside it.
-
-    Attributes:
-        a: Angle at the start.
-        b: Angle at the end.
-        end: Place of the end.
-        cable: The scene as a cable.
-        neighbour: Solution of a scene 1 % away, for the warm step; an error where it has none.
-        guess: Of the solution, nine points for collocation; None where there is none.
-    """
-
-    a: float
-    b: float
-    end: Array
-    cable: Cable
-    neighbour: Answer
-    guess: Guess | None
-
-
-Method = Callable[[Case], Callable[[], Found]]
-"""Solves a case; what it found is read off later, and that takes no part in its time."""
-
-NOTHING = Found(np.inf, np.full((9, 2), np.nan))
-
-
 def run(effort: Effort, tell: Tell) -> list[Table]:
     """The stage."""
     scenes = random_scenes(effort.count(2000, 60), 1)
-    tell(f"{len(scenes.a)} scenes by a search from 45 starts")
-    searched = np.empty(0)
+    by_search = effort.count(2000, 20)
+    tell(f"{by_search} scenes by a search from 45 starts")
+    searched = np.full(len(scenes.a), np.nan)
 
     def search() -> None:
-        nonlocal searched
-        searched = search_45(scenes)
+        searched[:by_search] = search_45(scenes.take(slice(0, by_search)))
 
-    search_time = once(search) / len(scenes.a)
+    search_time = once(search) / by_search
     kinds, ours = _kinds(effort, tell, scenes, searched)
     best = np.fmin(ours, searched)
-    count = effort.count(40, 4)
+    count, few = effort.count(40, 16), effort.count(40, 1)
     tell(f"{count} scenes by every method in turn")
     batch_times: list[float] = []
     together = scene_cables(scenes.take(slice(0, effort.count(1000, 60))))
 
     def batch() -> None:
-        batch_times.append(once(lambda: _judge_all(solve_many(together))) / len(together))
+        batch_times.append(once(lambda: judge_all(solve_many(together))) / len(together))
 
-    found, times = _turns(_cases(scenes.take(slice(0, count))), _methods(), between=batch)
+    found, times = in_turn(cases_of(scenes.take(slice(0, count))), all_methods(), few=few, between=batch)
     tell("reference scenes")
     truths = planar_truths()[:: effort.count(1, 10)]
     references = Scenes(*(np.array([getattr(t, key) for t in truths]) for key in ("a", "b", "end")))
-    checked, _ = _turns(_cases(references), _methods())
+    checked, _ = in_turn(cases_of(references), all_methods(), few=effort.count(len(truths), 1))
     exact = np.array([t.energy for t in truths])
     places = np.array([t.points for t in truths])
     unit = median(times[UNIT])
     rows = []
-    for name in _methods():
+    for name in all_methods():
         energy = np.array([one.energy for one in found[name]])
         rows.append(
             SolveRow(
                 name,
-                count,
+                len(energy),
                 median(times[name]) * 1e3,
                 median(times[name]) / unit,
-                *_shares(energy, best[:count]),
+                *_shares(energy, best[: len(energy)]),
                 *_errors(checked[name], exact, places),
             )
         )
-    at_once = [_found(answer) for answer in solve_many(scene_cables(references))]
+    at_once = [read_off(answer) for answer in solve_many(scene_cables(references))]
     batched = median(batch_times)
     rows.insert(
         1,
@@ -165,10 +143,10 @@ def run(effort: Effort, tell: Tell) -> list[Table]:
     rows.append(
         SolveRow(
             "search from 45 starts",
-            len(scenes.a),
+            by_search,
             search_time * 1e3,
             search_time / unit,
-            *_shares(searched, best),
+            *_shares(searched[:by_search], best[:by_search]),
             *errors,
         )
     )
@@ -210,108 +188,6 @@ def _series(row: SolveRow) -> str:
     return row.method if row.method.startswith("cablecad") else row.method.partition(",")[0]
 
 
-def _methods() -> dict[str, Method]:
-    bvp = {
-        f"solve_bvp {tolerance:.0e}, good start": partial(_by_collocation, tolerance=tolerance)
-        for tolerance in (1e-3, 1e-6, 1e-9)
-    }
-    rods = {f"discrete rod, {n} segments": partial(_by_rod, segments=n) for n in (50, 100, 200)}
-    return {COLD: _cold, WARM: _warm, **bvp, "solve_bvp 1e-06, naive start": _by_naive_collocation, **rods}
-
-
-def _cold(case: Case) -> Callable[[], Found]:
-    try:
-        solution = solve_rod(case.cable)
-    except CablecadError:
-        return lambda: NOTHING
-    _judge(solution)
-    return partial(_found, solution)
-
-
-def _warm(case: Case) -> Callable[[], Found]:
-    if isinstance(case.neighbour, RodSolution):
-        with suppress(SolveError):  # a branch that ended is an answer too, and took its time
-            moved = case.neighbour.moved(start=case.cable.start_support, end=case.cable.end_support)  # type: ignore[arg-type]
-            _judge(moved)
-            return partial(_found, moved)
-    return lambda: NOTHING
-
-
-def _by_collocation(case: Case, *, tolerance: float) -> Callable[[], Found]:
-    if case.guess is None:
-        return lambda: NOTHING
-    return boundary_value(case.a, case.end, case.guess, tolerance=tolerance)
-
-
-def _by_naive_collocation(case: Case) -> Callable[[], Found]:
-    return boundary_value(case.a, case.end, naive_guess(case.a, case.b, case.end))
-
-
-def _by_rod(case: Case, *, segments: int) -> Callable[[], Found]:
-    rng = np.random.default_rng(round(1e9 * abs(case.a)))  # of the scene: the same starts for any number of segments
-    found = search_rod(case.a, case.b, case.end, segments=segments, starts=STARTS, rng=rng)
-    return lambda: found
-
-
-def _judge(solution: RodSolution) -> None:
-    verdict = solution.stability
-    bool(verdict.stable_in_plane), bool(verdict.stable_out_of_plane)
-
-
-def _judge_all(answers: Sequence[Answer]) -> None:
-    for answer in answers:
-        if isinstance(answer, RodSolution):
-            _judge(answer)
-
-
-def _found(answer: Answer) -> Found:
-    if isinstance(answer, CablecadError):
-        return NOTHING
-    return Found(answer.equilibrium.energy_per_EI * answer.length, answer.points(9)[:, :2])
-
-
-def _cases(scenes: Scenes) -> list[Case]:
-    """Scenes with what warm steps and good guesses begin from."""
-    cables = scene_cables(scenes)
-    solved = solve_many(cables)
-    neighbours = solve_many(scene_cables(Scenes(scenes.a + 0.01, scenes.b - 0.01, scenes.end * 0.99)))
-    return [
-        Case(
-            float(scenes.a[i]), float(scenes.b[i]), scenes.end[i], cable, neighbours[i], _guess(solved[i], scenes.a[i])
-        )
-        for i, cable in enumerate(cables)
-    ]
-
-
-def _guess(answer: Answer, angle: float) -> Guess | None:
-    """Nine points of a solution: angles without jumps, curvatures about z, places; and the internal force."""
-    if isinstance(answer, CablecadError):
-        return None
-    s, fine = np.linspace(0.0, 1.0, 9), np.linspace(0.0, 1.0, 2001)
-    tangent = answer.tangent(fine)
-    turned = np.unwrap(np.arctan2(tangent[:, 1], tangent[:, 0]))
-    theta = angle + np.interp(s, fine, turned - turned[0])
-    kappa = np.interp(s, fine, np.gradient(turned, fine))
-    return Guess(theta, kappa, answer.position(s)[:, :2], answer.equilibrium.end.force_per_EI[:2])
-
-
-def _turns(
-    cases: Sequence[Case], methods: dict[str, Method], *, between: Callable[[], object] = bool
-) -> tuple[dict[str, list[Found]], dict[str, list[float]]]:
-    """What each method finds of each case, and its times [s], the methods taking turns; `between` three times too."""
-    found: dict[str, list[Found]] = {name: [] for name in methods}
-    times: dict[str, list[float]] = {name: [] for name in methods}
-    for i, case in enumerate(cases):
-        if i % max(1, len(cases) // 3) == 0:
-            between()
-        for name, method in methods.items():
-            begun = time.perf_counter()
-            read = method(case)
-            times[name].append(time.perf_counter() - begun)
-            found[name].append(read())
-    return found, times
-
-
 def _shares(energy: Array, best: Array) -> tuple[float, float]:
     """Percentage solved, and at the least energy."""
     solved = np.isfinite(energy)
@@ -319,7 +195,8 @@ def _shares(energy: Array, best: Array) -> tuple[float, float]:
 
 
 def _errors(found: Sequence[Found], exact: Array, places: Array) -> tuple[float | None, float | None]:
-    """Median relative error of the energy and of points, where the least energy was found."""
+    """Median relative error of the energy and of points, where the least energy was found; of the first scenes."""
+    exact, places = exact[: len(found)], places[: len(found)]
     off = np.abs(np.array([one.energy for one in found]) / exact - 1.0)
     right = off <= ALIKE
     if not right.any():
@@ -362,8 +239,8 @@ def _kinds(effort: Effort, tell: Tell, scenes: Scenes, searched: Array) -> tuple
         targets,
         (
             "above, below: energies that differ by more than 1e-9 of themselves, where the 45 starts have an answer",
-            "discrete rods: the first scenes, 200 segments from 10 random starts each; above: by more than twice the "
-            "rod's own discretisation error, a third of the difference to 100 segments",
+            f"discrete rods: the first scenes, 200 segments from {effort.count(10, 2)} random starts each; above: by "
+            "more than twice the rod's own discretisation error, a third of the difference to 100 segments",
         ),
     )
     return table, _energies(answers)
@@ -371,7 +248,7 @@ def _kinds(effort: Effort, tell: Tell, scenes: Scenes, searched: Array) -> tuple
 
 def _against_rods(effort: Effort, tell: Tell, scenes: Scenes, energy: Array) -> Target:
     """How many of the first scenes are above a discrete elastic rod by more than its discretisation error."""
-    count, starts = effort.count(100, 4), effort.count(10, 3)
+    count, starts = effort.count(100, 2), effort.count(10, 2)
     tell(f"{count} discrete rods of 200 segments")
     rng = np.random.default_rng(11)
     above = 0

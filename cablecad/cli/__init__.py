@@ -17,9 +17,9 @@ def main(arguments: list[str] | None = None) -> None:
     """Run the command line as a process of its own, and exit with its code."""
     # Matrices here have some 40 rows: threads of BLAS cost more than they bring, many times so on a busy machine.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    # Loading makes a hundred thousand objects that stay: looking through them again and again, and once more at the
-    # end, would take a tenth of a short run.
-    gc.set_threshold(50_000, 20, 20)
+    # Loading makes a hundred thousand objects that stay: looking through them even once, or at the end, would take a
+    # tenth of a short run.
+    gc.set_threshold(200_000, 20, 20)
     try:  # All imports are in here, so that Ctrl-C is understood from the first moment on.
         from cablecad.cli.group import cablecad
         from cablecad.cli.interrupt import interrupt

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
@@ -89,6 +88,8 @@ def _is_terminal(stream: TextIO | None) -> bool:
 
 def _print_table(outcomes: list[CableOutcome]) -> None:
     """A table a cable, with an empty line between two; in colour on a terminal that is not asked to do without."""
+    import shutil
+
     from cablecad.cli.table import cable_table
 
     width = min(shutil.get_terminal_size().columns, 120)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from cablecad import __version__
 from cablecad.errors import UsageError
-from cablecad.files import same_file, write_bytes
 from cablecad.model import Part, Scene
 from cablecad.pipeline.cable import Built
 
@@ -81,6 +80,8 @@ def write_model(
         GeometryError: A shape cannot be meshed.
         UsageError: A mesh that fine would be too large.
     """
+    from cablecad.files import write_bytes
+
     suffix = path.suffix.lower()
     if suffix in STEP_SUFFIXES:
         from cablecad.brep.step import write_step as write_document
@@ -112,6 +113,8 @@ def check_output(scene: Scene, path: Path, *, suffixes: tuple[str, ...] = STEP_S
     Raises:
         UsageError: Another suffix, or one of the scene's own inputs.
     """
+    from cablecad.files import same_file
+
     if path.suffix.lower() not in suffixes:
         *most, last = suffixes
         listed = f"{', '.join(most)} or {last}" if most else last

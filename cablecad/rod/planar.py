@@ -117,7 +117,9 @@ def solve_planar(
     for problem, scenes in problems:
         for some in _chunks(scenes, wide=search == "wide"):
             parts.append(_run(problem, some, descents, wide=search == "wide"))
-            missing = np.setdiff1d(some, parts[-1].scene[parts[-1].stable_in_plane])
+            answered = np.zeros(count, dtype=bool)
+            answered[parts[-1].scene[parts[-1].stable_in_plane]] = True
+            missing = some[~answered[some]]
             if len(missing) and search != "wide":
                 parts += [_run(problem, few, descents, wide=True) for few in _chunks(missing, wide=True)]
     found = ranked(absolute(join(*parts), start_angle, end_angle, frame))

@@ -6,7 +6,6 @@ name with a dot or a bracket in it stands in quotes (``cables."W1.a".length``).
 
 from __future__ import annotations
 
-import difflib
 import json
 import re
 from collections.abc import Sequence
@@ -14,8 +13,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from cablecad.errors import Mistake, SceneError
-from cablecad.scene.schema import MaterialTable, SceneTable, Table
-from cablecad.scene.tables import Place, nearest_key, table_in
+from cablecad.scene.keys import TEXT, VECTOR, Table
+from cablecad.scene.schema import MATERIAL, SCENE
+from cablecad.scene.tables import Place, nearest_key
 
 _STEP = re.compile(r'(?P<joint>\.?)(?:(?P<quoted>"(?:[^"\\]|\\.)*")|\[(?P<index>\d{1,9})\]|(?P<bare>[^.\[\]"]+))')
 
@@ -74,7 +74,7 @@ def find_target(name: str, data: dict[str, Any]) -> Target:
         SceneError: No such key, cable, part or material; the message has the nearest there is.
     """
     place: Place = ()
-    table: type[Table] | None = SceneTable
+    table: Table | None = SCENE
     there: Any = data
     is_text, whole = False, None
     for step in _steps(name):
@@ -82,7 +82,7 @@ def find_target(name: str, data: dict[str, Any]) -> Target:
             step = _member(name, str(place[-1]), step, there)  # noqa: PLW2901 - its index is the step
         elif place == ("materials",):
             _known_material(name, step, there)
-            table = MaterialTable
+            table = MATERIAL
         elif isinstance(step, int):
             if not _is_vector(table, place, there, whole):
                 raise _unknown(name, f"{_shown(place)} is no list of numbers: leave out [{step}]")
@@ -94,12 +94,12 @@ def find_target(name: str, data: dict[str, Any]) -> Target:
         elif table is None:
             raise _unknown(name, f"{_shown(place)} holds no keys: leave out .{step}")
         else:
-            if step not in table.model_fields:
+            if step not in table.keys:
                 raise _unknown(name, _unknown_key(step, table, place))
-            known = table.model_fields[step]
-            is_text = known.annotation is str
+            known = table.keys[step]
+            is_text = known.kind is TEXT
             whole = tuple(known.default) if isinstance(known.default, list) else None
-            table = table_in(known.annotation)
+            table = known.kind.table
         there = _below(there, step)
         place = (*place, step)
         if isinstance(step, int) and not _has_members(place[:-1]):
@@ -159,41 +159,40 @@ def _known_material(name: str, step: str | int, there: Any) -> None:
 
 
 def _nearest_of(word: str, known: Sequence[str]) -> str:
-    near = difflib.get_close_matches(word, known, n=1)
+    from difflib import get_close_matches
+
+    near = get_close_matches(word, known, n=1)
     if near:
         return f"did you mean {near[0]!r}?"
     shown = ", ".join(known[:10]) + (", ..." if len(known) > 10 else "")
     return f"the scene has {shown or 'none'}"
 
 
-def _unknown_key(key: str | int, table: type[Table], place: Place) -> str:
+def _unknown_key(key: str | int, table: Table, place: Place) -> str:
     near = nearest_key(str(key), table)
     where = f" of {_shown(place)}" if place else ""
-    return f"unknown key {key!r}{where}; " + (
-        f"did you mean {near!r}?" if near else f"known: {', '.join(table.model_fields)}"
-    )
+    return f"unknown key {key!r}{where}; " + (f"did you mean {near!r}?" if near else f"known: {', '.join(table.keys)}")
 
 
-def _is_vector(table: type[Table] | None, place: Place, there: Any, whole: tuple[float, ...] | None) -> bool:
+def _is_vector(table: Table | None, place: Place, there: Any, whole: tuple[float, ...] | None) -> bool:
     """Whether single numbers of what is at `place` can be named: the vectors, by the model of the scene."""
     if table is not None or not place or isinstance(place[-1], int):
         return False
     return isinstance(there, list) or (there is None and (whole is not None or place[-1] in _VECTORS))
 
 
-def _vectors(table: type[Table]) -> set[str]:
+def _vectors(table: Table) -> set[str]:
     """The keys of a table, and of those in it, that hold three numbers."""
     found = set()
-    for key, known in table.model_fields.items():
-        inner = table_in(known.annotation)
-        if inner is not None:
-            found |= _vectors(inner)
-        elif getattr(known.annotation, "__origin__", None) is list:
-            found.add(key)
+    for name, key in table.keys.items():
+        if key.kind.table is not None:
+            found |= _vectors(key.kind.table)
+        elif key.kind is VECTOR:
+            found.add(name)
     return found
 
 
-_VECTORS = _vectors(SceneTable)
+_VECTORS = _vectors(SCENE)
 
 
 def _below(there: Any, step: str | int) -> Any:

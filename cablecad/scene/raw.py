@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cablecad.errors import Mistake
 from cablecad.model import Scene
-from cablecad.scene.override import Target
 from cablecad.scene.resolve import resolve_scene, type_mistakes
+
+if TYPE_CHECKING:
+    from cablecad.scene.override import Target
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,6 @@ they are told what could not be read, and their mistakes get their place in the 
 
 from __future__ import annotations
 
-import difflib
 import json
 import re
 from collections import Counter
@@ -36,8 +35,8 @@ from cablecad.model import (
     port_name_mistakes,
     scene_mistakes,
 )
-from cablecad.scene.schema import FORMAT, CableTable, EquilibriumTable, PartTable, PortTable, StartTable, Table
-from cablecad.scene.tables import Place, Tables, given, read_tables
+from cablecad.scene.schema import FORMAT
+from cablecad.scene.tables import Place, Tables, read_tables
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]{1,64}")
 
@@ -45,6 +44,9 @@ _ORIGIN: Vector = (0.0, 0.0, 0.0)
 _UP: Vector = (0.0, 0.0, 1.0)
 
 End = Clamp | Pin | Port | PartPort | Toward
+
+Given = Mapping[str, Any]
+"""The keys given in a table."""
 
 _Made = TypeVar("_Made")
 
@@ -101,7 +103,7 @@ class _Resolver:
 
     def __init__(self, tables: Tables, found: Iterable[tuple[Place, Mistake]]) -> None:
         self.tables = tables
-        self.top = given(tables.scene)
+        self.top = tables.scene
         self.noted: list[tuple[Place, Mistake]] = [*found, *tables.mistakes]
         self.names = {kind: self._names(kind) for kind in ("parts", "cables")}
         self.ports = self._port_names()
@@ -122,7 +124,7 @@ class _Resolver:
         """The name of each part or cable, None where there is none to call it by."""
         if self.tables.is_lost(kind):
             return [None]
-        names = [given(table).get("name", "") for table in self.top.get(kind, ())]
+        names = [table.get("name", "") for table in self.top.get(kind, ())]
         return [name if name.strip() else None for name in names]
 
     def note(self, place: Place, mistakes: Iterable[Mistake]) -> None:
@@ -147,14 +149,14 @@ class _Resolver:
 
     def tolerance(self) -> float:
         """The shape tolerance [mm]."""
-        shape = given(self.top["tolerance"]).get("shape") if "tolerance" in self.top else None
+        shape = self.top["tolerance"].get("shape") if "tolerance" in self.top else None
         return SHAPE_TOLERANCE if shape is None else float(shape)
 
     def materials(self) -> dict[str, Material | None]:
         """The materials by name, None for one with mistakes."""
         materials: dict[str, Material | None] = dict.fromkeys(self.tables.lost_at("materials"))
         for name, table in self.top.get("materials", {}).items():
-            values, lost = given(table), self.tables.lost_at("materials", name)
+            values, lost = dict(table), self.tables.lost_at("materials", name)
             problems = list(material_mistakes(values, lost))
             self.note(("materials", name), problems)
             materials[name] = None if problems or lost else Material(**values)
@@ -165,47 +167,47 @@ class _Resolver:
         tables = enumerate(self.top.get("parts", ()))
         return [self._part(table, ("parts", i)) for i, table in tables if not self.tables.is_lost("parts", i)]
 
-    def _part(self, table: PartTable, place: Place) -> dict[str, Any]:
-        values = given(table)
+    def _part(self, table: Given, place: Place) -> dict[str, Any]:
+        values = dict(table)
         self._note_missing(table, place, name="write the part's name", step="write the path of the STEP file")
         if "rotation" in values:
             turn = (*place, "rotation")
             self._note_missing(values["rotation"], turn, axis="write axis = [x, y, z]", angle_deg="write the angle")
-            values["rotation"] = self._made(Rotation, given(values["rotation"]), turn)
+            values["rotation"] = self._made(Rotation, values["rotation"], turn)
         if "ports" in values:
             values["ports"] = self._ports(values["ports"], place)
         self._made(Part, {"name": "part", "step": "part.step", **values}, place)
         return values
 
-    def _ports(self, tables: list[PortTable], place: Place) -> list[NamedPort]:
+    def _ports(self, tables: list[Given], place: Place) -> list[NamedPort]:
         """The ports of a part that have no mistakes."""
-        names = [given(table).get("name") for table in tables]
+        names = [table.get("name") for table in tables]
         self.note(place, port_name_mistakes(names))
         ports: list[NamedPort | None] = []
         for j, table in enumerate(tables):
             here = (*place, "ports", j)
             if not self.tables.is_lost(*here):
                 self._note_missing(table, here, name="write the port's name", position="write position = [x, y, z]")
-                ports.append(self._made(NamedPort, {"name": f"port {j}", "position": _ORIGIN, **given(table)}, here))
+                ports.append(self._made(NamedPort, {"name": f"port {j}", "position": _ORIGIN, **table}, here))
         return [port for j, port in enumerate(ports) if port is not None and port.name not in names[:j]]
 
     def _port_names(self) -> dict[str, dict[str, NamedPort | None] | None]:
         """By the name of each part, its ports by name; None for ports that could not be read."""
         known: dict[str, dict[str, NamedPort | None] | None] = {}
         for i, table in enumerate(self.top.get("parts", ())):
-            name = given(table).get("name")
+            name = table.get("name")
             if name is not None:
                 known[name] = self._ports_of(table, ("parts", i))
         return known
 
-    def _ports_of(self, table: PartTable, place: Place) -> dict[str, NamedPort | None] | None:
+    def _ports_of(self, table: Given, place: Place) -> dict[str, NamedPort | None] | None:
         """A part's ports by name, one with mistakes as None; None where it cannot be told which there are."""
-        tables = given(table).get("ports", ())
-        whole = all(given(port).get("name") is not None for port in tables)
+        tables = table.get("ports", ())
+        whole = all(port.get("name") is not None for port in tables)
         if self.tables.is_lost(*place, "ports") or not whole:
             return None
         return {
-            given(port)["name"]: None if self.tables.lost_at(*place, "ports", j) else _port_or_none(port)
+            port["name"]: None if self.tables.lost_at(*place, "ports", j) else _port_or_none(port)
             for j, port in enumerate(tables)
         }
 
@@ -216,15 +218,15 @@ class _Resolver:
             self._cable(table, ("cables", i), materials) for i, table in tables if not self.tables.is_lost("cables", i)
         ]
 
-    def _cable(self, table: CableTable, place: Place, materials: Mapping[str, Material | None]) -> dict[str, Any]:
-        values, lost = given(table), self.tables.lost_at(*place)
+    def _cable(self, table: Given, place: Place, materials: Mapping[str, Material | None]) -> dict[str, Any]:
+        values, lost = dict(table), self.tables.lost_at(*place)
         ends: dict[str, End | None] = {}
         for key in ("start", "end"):
             if key in values:
                 ends[key] = self._end(values[key], (*place, key))
                 values[key] = self._stand_in(ends[key], (*place, key))
-        if isinstance(values.get("equilibrium"), EquilibriumTable):
-            values["equilibrium"] = self._made(EquilibriumKey, given(values["equilibrium"]), (*place, "equilibrium"))
+        if isinstance(values.get("equilibrium"), dict):
+            values["equilibrium"] = self._made(EquilibriumKey, values["equilibrium"], (*place, "equilibrium"))
         if "material" in values:
             name = values["material"]
             values["material"] = materials.get(name)
@@ -243,9 +245,9 @@ class _Resolver:
             return end
         return self._made(Port, {"position": _ORIGIN, "outward": port.outward, "straight": end.straight}, place)
 
-    def _end(self, table: StartTable, place: Place) -> End | None:
+    def _end(self, table: Given, place: Place) -> End | None:
         """The support at an end, or one of its kind where it has mistakes; None where not even its kind is clear."""
-        values, lost = given(table), self.tables.lost_at(*place)
+        values, lost = dict(table), self.tables.lost_at(*place)
         there = values.keys() | lost
         axes = [key for key in ("outward", "direction") if key in there]
         if "toward" in there:
@@ -299,22 +301,24 @@ class _Resolver:
             self.note(place, error.mistakes)
             return None
 
-    def _note_missing(self, table: Table, place: Place, **fixes: str) -> None:
-        there = given(table).keys() | self.tables.lost_at(*place)
+    def _note_missing(self, table: Given, place: Place, **fixes: str) -> None:
+        there = table.keys() | self.tables.lost_at(*place)
         self.note(place, [Mistake(key, f"is missing; {fix}") for key, fix in fixes.items() if key not in there])
 
 
-def _port_or_none(table: PortTable) -> NamedPort | None:
+def _port_or_none(table: Given) -> NamedPort | None:
     """A port of a part, or None where it has mistakes; they are noted where the part is."""
     try:
-        return NamedPort(**{"position": _ORIGIN, **given(table)})
+        return NamedPort(**{"position": _ORIGIN, **table})
     except SceneError:
         return None
 
 
 def _unknown_material(name: str, materials: Iterable[str]) -> str:
     known = list(materials)
-    near = difflib.get_close_matches(name, known, n=1)
+    from difflib import get_close_matches
+
+    near = get_close_matches(name, known, n=1)
     if near:
         return f"no such material; did you mean {near[0]!r}?"
     return f"no such material; the file has {', '.join(known) or f'none: write [materials.{_as_key(name)}]'}"

@@ -1,54 +1,53 @@
 """Raw data to typed tables: every wrong type and unknown key of a scene at once.
 
-pydantic tells what does not fit. Each of it is said again in a user's words and at a user's place, then taken out, and
-the rest is read. What was taken out is remembered as lost, so that the checks which follow neither miss it nor repeat
-it: an unknown key counts as the key it was meant for.
+pydantic's core tells what does not fit. Each of it is said again in a user's words and at a user's place, then taken
+out, and the rest is read. What was taken out is remembered as lost, so that the checks which follow neither miss it nor
+repeat it: an unknown key counts as the key it was meant for.
 """
 
 from __future__ import annotations
 
 import copy
-import difflib
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cache
 from itertools import pairwise
-from typing import Any, get_args
+from typing import Any
 
-from pydantic import ValidationError
-from pydantic_core import ErrorDetails
+from pydantic_core import ErrorDetails, SchemaValidator, ValidationError
 
 from cablecad.errors import Mistake
+from cablecad.scene.keys import Table, checker
 from cablecad.scene.schema import (
-    CableTable,
-    EndTable,
-    EquilibriumTable,
-    MaterialTable,
-    PartTable,
-    PortTable,
-    RotationTable,
-    SceneTable,
-    StartTable,
-    Table,
-    ToleranceTable,
+    CABLE,
+    END,
+    EQUILIBRIUM,
+    MATERIAL,
+    PART,
+    PORT,
+    ROTATION,
+    SCENE,
+    START,
+    TOLERANCE,
 )
 
 Place = tuple[str | int, ...]
 """Where a value stands in the raw data: keys and indices from the top."""
 
-_LISTS: dict[str, type[Table]] = {"parts": PartTable, "cables": CableTable}
+_LISTS: dict[str, Table] = {"parts": PART, "cables": CABLE}
 
-_HOMES: dict[type[Table], str] = {
-    SceneTable: "the top of the file",
-    ToleranceTable: "[tolerance]",
-    MaterialTable: "[materials.NAME]",
-    PartTable: "[[parts]]",
-    PortTable: "[[parts.ports]]",
-    RotationTable: "rotation",
-    CableTable: "[[cables]]",
-    StartTable: "start",
-    EndTable: "end",
-    EquilibriumTable: "equilibrium",
+_HOMES: dict[Table, str] = {
+    SCENE: "the top of the file",
+    TOLERANCE: "[tolerance]",
+    MATERIAL: "[materials.NAME]",
+    PART: "[[parts]]",
+    PORT: "[[parts.ports]]",
+    ROTATION: "rotation",
+    CABLE: "[[cables]]",
+    START: "start",
+    END: "end",
+    EQUILIBRIUM: "equilibrium",
 }
 
 _THREE_NUMBERS = "must be three numbers [x, y, z]"
@@ -62,7 +61,6 @@ _WORDS = {
     "list_type": _THREE_NUMBERS,
     "too_short": _THREE_NUMBERS,
     "too_long": _THREE_NUMBERS,
-    "model_type": "must be a table",
     "dict_type": "must be a table",
 }
 """pydantic's kinds of error in our words; our own kind, `in_words`, brings them along."""
@@ -78,7 +76,7 @@ class Tables:
         lost: By the place of a table: its keys that are there and could not be read.
     """
 
-    scene: SceneTable
+    scene: dict[str, Any]
     mistakes: list[tuple[Place, Mistake]] = field(default_factory=list)
     lost: dict[Place, set[str | int]] = field(default_factory=dict)
 
@@ -91,9 +89,9 @@ class Tables:
         return place[-1] in self.lost.get(place[:-1], ())
 
 
-def given(table: Table) -> dict[str, Any]:
-    """The values its author wrote into a table, by key."""
-    return {key: getattr(table, key) for key in type(table).model_fields if key in table.model_fields_set}
+@cache
+def _checker() -> SchemaValidator:
+    return checker(SCENE)
 
 
 def read_tables(data: dict[str, object]) -> Tables:
@@ -102,7 +100,7 @@ def read_tables(data: dict[str, object]) -> Tables:
     readable = {**data, **{kind: [data[kind]] for kind in lone}}
     mistakes: list[tuple[Place, Mistake]] = [((kind,), Mistake("", _array_of_tables(kind))) for kind in lone]
     try:
-        return Tables(SceneTable.model_validate(readable), mistakes)
+        return Tables(_checker().validate_python(readable), mistakes)
     except ValidationError as error:
         entries = error.errors(include_url=False, include_context=False)
     rest = copy.deepcopy(readable)
@@ -115,7 +113,7 @@ def read_tables(data: dict[str, object]) -> Tables:
         _take_out(rest, cut)
         for *table, key in _meant(trail, readable) if entry["type"] == "extra_forbidden" else (cut,):
             lost.setdefault(tuple(table), set()).add(key)
-    return Tables(SceneTable.model_validate(rest), mistakes, lost)
+    return Tables(_checker().validate_python(rest), mistakes, lost)
 
 
 # --- where a mistake is -------------------------------------------------------------------------------------------
@@ -132,7 +130,7 @@ class _Step:
     """
 
     place: Place
-    table: type[Table] | None
+    table: Table | None
     example: Any
 
 
@@ -141,29 +139,21 @@ def _trail(entry: ErrorDetails) -> Iterator[_Step]:
 
     pydantic's locations also hold the tags of unions, which are no place in the file.
     """
-    step = _Step((), SceneTable, None)
+    step = _Step((), SCENE, None)
     yield step
     for i, part in enumerate(entry["loc"]):
-        fields = step.table.model_fields if step.table is not None else {}
+        keys = step.table.keys if step.table is not None else {}
         if step.place == ("materials",):  # its keys are free
-            step = _Step((*step.place, part), MaterialTable, next(iter(step.example.values())))
+            step = _Step((*step.place, part), MATERIAL, next(iter(step.example.values())))
         elif isinstance(part, int):
             step = _Step((*step.place, part), step.table, None)
-        elif part in fields:
-            known = fields[part]
-            step = _Step((*step.place, part), table_in(known.annotation), (known.examples or [None])[0])
+        elif part in keys:
+            step = _Step((*step.place, part), keys[part].kind.table, keys[part].example)
         elif entry["type"] == "extra_forbidden" and i + 1 == len(entry["loc"]):
             step = _Step((*step.place, part), None, None)
         else:
             continue
         yield step
-
-
-def table_in(annotation: object) -> type[Table] | None:
-    """The table a key holds, alone, in a list or as one of several types."""
-    if isinstance(annotation, type) and issubclass(annotation, Table):
-        return annotation
-    return next((table for part in get_args(annotation) if (table := table_in(part)) is not None), None)
 
 
 def _cut(place: Place) -> Place:
@@ -194,9 +184,9 @@ def _mistake(entry: ErrorDetails, trail: list[_Step]) -> Mistake:
     if kind == "extra_forbidden":
         return Mistake("", _unknown_key(trail), value)
     problem = _WORDS.get(kind, entry["msg"])
-    if kind in {"list_type", "dict_type", "model_type"} and str(here.place[0]) in _LISTS and len(here.place) <= 2:
+    if kind in {"list_type", "dict_type"} and str(here.place[0]) in _LISTS and len(here.place) <= 2:
         return Mistake("", _array_of_tables(str(here.place[0])), value)
-    if kind in {"list_type", "model_type"} and (here.place[2:] == ("ports",) or here.place[2:-1] == ("ports",)):
+    if kind in {"list_type", "dict_type"} and (here.place[2:] == ("ports",) or here.place[2:-1] == ("ports",)):
         return Mistake("", _array_of_tables("parts.ports"), value)
     if kind == "float_type" and isinstance(value, str):
         problem += " without quotes or a unit"
@@ -209,23 +199,25 @@ def _array_of_tables(kind: str) -> str:
     return f"must be an array of tables: in TOML each begins with [[{kind}]], in JSON write [{{...}}, {{...}}]"
 
 
-def _is_lone(value: object, table: type[Table]) -> bool:
+def _is_lone(value: object, table: Table) -> bool:
     """Whether [cables] was written for [[cables]], so that it can be read as the one cable it holds."""
-    return isinstance(value, dict) and not table.model_fields.keys().isdisjoint(value)
+    return isinstance(value, dict) and not table.keys.keys().isdisjoint(value)
 
 
 def _unknown_key(trail: list[_Step]) -> str:
     key, table = str(trail[-1].place[-1]), trail[-2].table
     assert table is not None  # pydantic finds unknown keys in tables only
     near = nearest_key(key, table)
-    text = f"unknown key {key!r}; " + (f"did you mean {near!r}?" if near else f"known: {', '.join(table.model_fields)}")
-    homes = [home for other, home in _HOMES.items() if key in other.model_fields]
+    text = f"unknown key {key!r}; " + (f"did you mean {near!r}?" if near else f"known: {', '.join(table.keys)}")
+    homes = [home for other, home in _HOMES.items() if key in other.keys]
     return f"{text} ({key} is a key of {', '.join(homes)})" if homes else text
 
 
-def nearest_key(key: str, table: type[Table]) -> str | None:
+def nearest_key(key: str, table: Table) -> str | None:
     """The key of a table that another one was probably meant for."""
-    near = difflib.get_close_matches(key.lower().replace("-", "_"), table.model_fields, n=1)
+    from difflib import get_close_matches
+
+    near = get_close_matches(key.lower().replace("-", "_"), table.keys, n=1)
     return near[0] if near else None
 
 
@@ -235,7 +227,7 @@ def _meant(trail: list[_Step], data: Any) -> Iterator[Place]:
     for step, following in pairwise(trail):
         if isinstance(data, dict) and step.table is not None:
             meant = nearest_key(key, step.table) if following is trail[-1] else key
-            if meant in step.table.model_fields and meant not in data:
+            if meant in step.table.keys and meant not in data:
                 yield (*step.place, meant)
         data = data[following.place[-1]]
 

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from cablecad.bench import growth, hard_tubes, solving, whole
+from cablecad.bench import growth, hard_tubes, methods, solving, whole
 from cablecad.bench.clock import take_turns
 from cablecad.bench.hard_functions import function_rows
 from cablecad.bench.scenes import random_scenes
@@ -65,8 +65,8 @@ def test_tubes_that_cannot_be_are_refused_and_one_that_is_not_refused_is_wrong(n
 
 def test_our_ways_to_solve_agree_with_the_references_and_with_each_other():
     scenes = random_scenes(3, 7)
-    cases = solving._cases(scenes)
-    found, times = solving._turns(cases, {"cold": solving._cold, "warm": solving._warm})
+    cases = methods.cases_of(scenes)
+    found, times = methods.in_turn(cases, {"cold": methods.cold, "warm": methods.warm})
     energies = np.array([[one.energy for one in found[name]] for name in ("cold", "warm")])
     assert np.isfinite(energies[0]).all()
     assert (energies[1] >= energies[0] * (1.0 - 1e-9)).all()

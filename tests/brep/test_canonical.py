@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -235,6 +236,51 @@ def test_tokens_that_look_like_reals_in_strings_are_left():
     line = b"#1 = PRODUCT('x','1.0000000000000000E+00 #2 ;','',$);\n"
     text = b"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n" + line + b"ENDSEC;\nEND-ISO-10303-21;\n"
     assert b"'1.0000000000000000E+00 #2 ;'" in canonical(text, HEADER)
+
+
+def data(*lines):
+    """A text of a few entities."""
+    return b"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n" + b"".join(lines) + b"ENDSEC;\nEND-ISO-10303-21;\n"
+
+
+def test_reals_of_every_length_stand_side_by_side():
+    values = [0.0, 1.0, -0.5, 1e22, 1e-5, 12345678.9, 1.0 / 3.0, 5e-324, 1.7976931348623157e308, 1e100, 1e-100]
+    line = b"#1 = VECTOR('',(%s));\n" % b",\n    ".join((REAL_FORMAT % value).encode() for value in values)
+    found = re.search(rb"#1=VECTOR\('',\((.*)\)\);\n", canonical(data(line), HEADER))[1].split(b",")
+    assert [float(real) for real in found] == values
+    assert all(b"." in real and len(real) <= len(repr(value)) + 1 for real, value in zip(found, values, strict=True))
+
+
+def test_poles_in_a_row_are_numbered_as_one_by_one():
+    poles = [b"#%d = CARTESIAN_POINT('',(%d.0,0.,0.));\n" % (i, i) for i in range(10, 15)]
+    surface = b"#3 = SHAPE_DEFINITION_REPRESENTATION(#10,#11,#12,#13,#14);\n"
+    one = canonical(data(surface, *poles), HEADER)
+    assert canonical(data(*poles[::-1], surface), HEADER) == one
+    # One of them is met before its row is.
+    early = surface.replace(b"#10,", b"#4,#10,")
+    met = canonical(data(early, b"#4 = VERTEX_POINT('',#12);\n", *poles), HEADER)
+    assert re.findall(rb"#(\d)=CARTESIAN_POINT\('',\((\d+)", met) == [
+        (b"3", b"12"),
+        (b"4", b"10"),
+        (b"5", b"11"),
+        (b"6", b"13"),
+        (b"7", b"14"),
+    ]
+    assert b"#1=SHAPE_DEFINITION_REPRESENTATION(#2,#4,#5,#3,#6,#7);" in met
+
+
+def test_a_reference_to_nothing_is_refused():
+    with pytest.raises(GeometryError, match="did not write"):
+        canonical(data(b"#1 = PLANE('',#3);\n", b"#4 = PLANE('',$);\n"), HEADER)
+
+
+def test_texts_of_one_sum_are_told_apart(monkeypatch):
+    monkeypatch.setattr("cablecad.brep.entities._MIXING", np.zeros(3, np.uint64))
+    assert b"(1.,2.,1.,3.)" in canonical(data(b"#1 = VECTOR('',(%s));\n" % reals_of(1.0, 2.0, 1.0, 3.0)), HEADER)
+
+
+def reals_of(*values):
+    return b",".join((REAL_FORMAT % value).encode() for value in values)
 
 
 def test_not_a_number_is_refused():
