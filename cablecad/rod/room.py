@@ -98,7 +98,7 @@ class _Rods:
     """
 
     def __init__(self, rows: Equilibria, straights: Array) -> None:
-        self._middle = Middle(*(getattr(rows, f.name) for f in fields(Middle)))
+        self._courses = Middle(*(getattr(rows, f.name) for f in fields(Middle))).courses
         self._kappa_max = rows.kappa_max
         self._before = straights[:, 0]
         self.lengths = 1.0 + straights.sum(axis=1)
@@ -109,7 +109,7 @@ class _Rods:
         count = max(map(samples_of, self.lengths.tolist(), self._kappa_max.tolist()))
         s = np.linspace(0.0, 1.0, count + 1) * self.lengths[:, None] - self._before[:, None]
         # A straight next to a bend has its curvature: no sample knows where between two the straight ends.
-        kappa = np.abs(self._middle.jump(_between(s, 0.0, 1.0) - 0.5).kappa)
+        kappa = np.abs(self._courses.take(np.s_[:, None]).kappa(_between(s, 0.0, 1.0) - 0.5))
         bounds = curvature_bounds(kappa, self._kappa_max[:, None])
         bounds[(s[:, 1:] <= 0.0) | (s[:, :-1] >= 1.0)] = 0.0
         return _RodBends(bounds, self.lengths)
@@ -119,12 +119,11 @@ class _Rods:
         s = s - self._before[curve]
         inside = _between(s, 0.0, 1.0)
         beyond = s - inside
-        at = self._middle.take(curve).jump(inside[:, None] - 0.5)
-        p, c, kappa = at.p[:, 0], at.c[:, 0], np.where(beyond == 0.0, at.kappa[:, 0], 0.0)
-        tangent = np.stack([c * c - p * p, 2.0 * p * c], axis=1)
-        normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
-        position = np.stack([at.along[:, 0], at.across[:, 0]], axis=1) + beyond[:, None] * tangent
-        return position, tangent, kappa[:, None] * normal
+        at = self._courses.take(curve).at(inside - 0.5)
+        kappa = np.where(beyond == 0.0, at.kappa, 0.0)
+        position = np.stack([at.along + beyond * at.cosine, at.across + beyond * at.sine], axis=1)
+        turning = np.stack([-kappa * at.sine, kappa * at.cosine], axis=1)
+        return position, np.stack([at.cosine, at.sine], axis=1), turning
 
 
 def _between(values: Array, least: float, most: float) -> Array:
