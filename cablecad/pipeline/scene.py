@@ -135,6 +135,7 @@ def solve_scenes(
 
 def measure_scenes(runs: Iterable[SceneRun]) -> None:
     """Find all that reports tell of the equilibria of many scenes, together."""
+    from cablecad.rod.outline import measure_outlines
     from cablecad.rod.room import judge_together, measure_gaps
 
     solutions = [outcome.solution for run in runs for outcome in run.outcomes if outcome.solution is not None]
@@ -143,6 +144,7 @@ def measure_scenes(runs: Iterable[SceneRun]) -> None:
     found = [one for solution in solutions for one in solution.equilibria]
     measure_gaps(found)
     judge_together(found)
+    measure_outlines(solutions)
 
 
 def _begun(

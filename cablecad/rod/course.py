@@ -106,8 +106,8 @@ class Courses(NamedTuple):
 
     def take(self, index: Any) -> Courses:
         """Some of the rods; or all of them along another axis, by an index such as ``np.s_[:, None]``."""
-        *arrays, jacobian = self
-        return Courses(*(array[index] for array in arrays), jacobian.take(index))
+        p, c, h, square, swings, rate, m = (array[index] for array in self[:-1])
+        return Courses(p, c, h, square, swings, rate, m, self.jacobian.take(index))
 
     def at(self, s: Array) -> Points:
         """The points at arclengths `s` from mid-span."""

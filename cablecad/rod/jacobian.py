@@ -144,7 +144,7 @@ class Jacobian:
         """The functions of some of many parameters, given in an array."""
         some = object.__new__(Jacobian)
         some.m, some.m1, some.rate = self.m[index], self.m1[index], self.rate[index]
-        some.mean_sn2, some.mean_cn2 = self.mean_sn2[index], self.mean_cn2[index]
+        some.mean_sn2, some.mean_cn2 = (np.asarray(mean)[index] for mean in (self.mean_sn2, self.mean_cn2))
         some._steps = [(aa[index], ga[index], weight[index]) for aa, ga, weight in self._steps]
         return some
 
