@@ -56,8 +56,9 @@ _PER_RADIAN, _LEAST_SAMPLES = 8.0, 256
 _MOST_SAMPLES = 4_000_000
 """More samples of the curvature than this are not taken: 100 MB, and a curve that no tube's spline could follow."""
 
-_STARTS = 24
-"""Cells from which Newton's method begins in one round: those that may hold the least distances."""
+_STARTS, _LAST_STARTS = 8, 24
+"""Cells from which Newton's method begins in one round, and in the last, to find the least of a family: those that may
+hold the least distances."""
 
 _NEWTON_PARTS, _MANY = 32, 256
 """Newton's method waits for cells of this size: most of the larger ones hold no critical pair and are left out by the
@@ -233,13 +234,17 @@ class _Search:
             left = ~approached | (many > _STARTS)
             here = pairs.curve
             passed.append(
-                _lowest(pairs.taken(left[here] & (pairs.least >= enough[here]) & (pairs.least < self.distance[here])))
+                _lowest(
+                    pairs.taken(left[here] & (pairs.least >= enough[here]) & (pairs.least < self.distance[here])),
+                    _LAST_STARTS,
+                )
             )
             cells = cells.taken(pairs.least < enough[here]).halved()
             stack += [cells.taken(slice(begin, begin + _BATCH)) for begin in range(0, len(cells.s), _BATCH)]
         # What was passed over within the tolerance is most of all a family of one distance; the exact least is found
         # from the lowest of it.
-        self._approach(_Pairs(*map(np.concatenate, zip(*passed, strict=True))), np.full(count, math.inf))
+        last = _Pairs(*map(np.concatenate, zip(*passed, strict=True)))
+        self._approach(last, np.full(count, math.inf), starts=_LAST_STARTS)
 
     def _critical(self, cells: _Cells) -> tuple[_Cells, _Pairs]:
         """The cells that may hold a critical pair nearer than the known ones, and their centres."""
@@ -282,9 +287,9 @@ class _Search:
             facing &= (lean <= swing + bend[k] * half[k]) | (half[k] == 0.0)
         return cells.taken(facing), pairs.taken(facing)
 
-    def _approach(self, pairs: _Pairs, width: Array) -> None:
+    def _approach(self, pairs: _Pairs, width: Array, *, starts: int = _STARTS) -> None:
         """Lower `distance` from the lowest of the pairs: by Newton's method, or as they are in cells small enough."""
-        pairs = _lowest(pairs.taken(pairs.least < self.distance[pairs.curve]))
+        pairs = _lowest(pairs.taken(pairs.least < self.distance[pairs.curve]), starts)
         if not len(pairs.s):
             return
         small = (2.0 * width <= self.distance - self.enough)[pairs.curve]
@@ -390,14 +395,14 @@ def _distinct(keys: Indices, count: int) -> tuple[Indices, Indices]:
     return np.flatnonzero(there), (np.cumsum(there) - 1)[keys]
 
 
-def _lowest(pairs: _Pairs) -> _Pairs:
-    """Those of each curve that may hold its least distances."""
-    if len(pairs.s) <= _STARTS:
+def _lowest(pairs: _Pairs, count: int) -> _Pairs:
+    """As many of each curve, those that may hold its least distances."""
+    if len(pairs.s) <= count:
         return pairs
     order = np.lexsort((pairs.least, pairs.curve))
     curve = pairs.curve[order]
     rank = np.arange(len(order)) - np.searchsorted(curve, curve, side="left")
-    return pairs.taken(order[rank < _STARTS])
+    return pairs.taken(order[rank < count])
 
 
 def _between(values: Array, least: Array | float, most: Array | float) -> Array:

@@ -9,6 +9,7 @@ Taut equilibria, and those with closed forms of their own, are left to themselve
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import fields
 from functools import cached_property
@@ -20,12 +21,11 @@ from cablecad.rod.equilibria import Equilibria
 from cablecad.rod.judge import judge
 from cablecad.rod.polish import Middle
 from cablecad.rod.solution import Equilibrium
+from cablecad.rod.stability import Stability
 from cablecad.self_gap import (
     Indices,
-    curvature_bounds,
     greatest_between,
     is_measurable,
-    samples_of,
     self_gaps,
 )
 
@@ -34,6 +34,10 @@ _FEWEST = 3
 
 _BLOCK = 512
 """Equilibria searched at once: 200 MB."""
+
+_LEAST_SAMPLES, _PER_OMEGA = 64, 12.0
+"""Samples of the curvature at least, and for each unit of omega times the length: a bound of it is a 24th of omega, or
+of the curvature, too high at most. Twice as many cost what they gain."""
 
 
 def measure_gaps(equilibria: Iterable[Equilibrium]) -> None:
@@ -48,15 +52,22 @@ def measure_gaps(equilibria: Iterable[Equilibrium]) -> None:
 
 
 def judge_together(equilibria: Iterable[Equilibrium]) -> None:
-    """Find the margins of stability of equilibria, which then have them at hand."""
-    rows = [row for row in _rows(equilibria) if np.isnan(row.margins).any()]
-    if len(rows) < _FEWEST:
+    """Find the stability of equilibria, which then have it at hand."""
+    asked = [
+        one for one in equilibria if one.trace is not None and not isinstance(one.__dict__.get("stability"), Stability)
+    ]
+    if len(asked) < _FEWEST:
         return
+    rows = _rows(asked)
     together = _joined(rows)
     judge(together)
     for i, row in enumerate(rows):
         for name in ("margins", "verdict", "free_turns"):
             getattr(row, name)[:] = getattr(together, name)[i : i + 1]
+    spins = np.where(np.isnan(together.torsion_ratio), "free", "clamped").tolist()
+    margins = together.margins.tolist()
+    for one, (inside, outside), free, spin in zip(asked, margins, together.free_turns.tolist(), spins, strict=True):
+        one.__dict__["stability"] = Stability(inside, outside, free, spin)
 
 
 def _rows(equilibria: Iterable[Equilibrium]) -> list[Equilibria]:
@@ -99,18 +110,21 @@ class _Rods:
 
     def __init__(self, rows: Equilibria, straights: Array) -> None:
         self._courses = Middle(*(getattr(rows, f.name) for f in fields(Middle))).courses
-        self._kappa_max = rows.kappa_max
+        self._kappa_max, self._omega = rows.kappa_max, rows.omega
         self._before = straights[:, 0]
         self.lengths = 1.0 + straights.sum(axis=1)
 
     @cached_property
     def bends(self) -> _RodBends:
-        """From samples as many as the steepest needs."""
-        count = max(map(samples_of, self.lengths.tolist(), self._kappa_max.tolist()))
+        """From samples as many as the steepest needs: between two the curvature changes by omega^2 a unit of length."""
+        omega = self._omega[:, None]
+        count = max(_LEAST_SAMPLES, math.ceil(_PER_OMEGA * float((omega * self.lengths[:, None]).max())))
         s = np.linspace(0.0, 1.0, count + 1) * self.lengths[:, None] - self._before[:, None]
         # A straight next to a bend has its curvature: no sample knows where between two the straight ends.
         kappa = np.abs(self._courses.take(np.s_[:, None]).kappa(_between(s, 0.0, 1.0) - 0.5))
-        bounds = curvature_bounds(kappa, self._kappa_max[:, None])
+        higher = np.maximum(kappa[:, 1:], kappa[:, :-1]) + omega * omega * self.lengths[:, None] / (2.0 * count)
+        bounds = np.minimum(higher, self._kappa_max[:, None])
+        bounds *= 1.0 + 1e-9  # rounding
         bounds[(s[:, 1:] <= 0.0) | (s[:, :-1] >= 1.0)] = 0.0
         return _RodBends(bounds, self.lengths)
 
