@@ -22,8 +22,11 @@ from cablecad.rod.stability import NEUTRAL, forms_at_nodes, stability
 from cablecad.rod.steady import is_steady
 from cablecad.rod.trial import Array, TrialSpace, legendre, trial_space
 
-TRIAL_MODES = ((4.0, 16), (6.0, 24), (8.0, 32), (11.0, 44), (18.0, 60), (60.0, 84))
-"""Trial functions by steepness: margins to 1e-6 (1 + steepness^2), and far better below most steps."""
+TRIAL_MODES = (
+    *((4.0, 16), (5.0, 20), (6.0, 24), (7.0, 28), (8.0, 32), (9.0, 36), (10.0, 40), (11.0, 44)),
+    *((18.0, 60), (60.0, 84)),
+)
+"""Trial functions by steepness: margins to 1e-6 (1 + steepness^2), up to 11 to 2e-7."""
 
 SHARPEST = 60.0
 """Steeper shapes, long loops, are judged on panels that get small towards their loop, one by one."""

@@ -14,12 +14,11 @@ from dataclasses import fields
 import numpy as np
 
 from cablecad.centreline import Array
-from cablecad.rod.equilibria import Equilibria
 from cablecad.rod.pieces import ALIKE, samples_of
 from cablecad.rod.polish import Middle
 from cablecad.rod.solution import EndState, RodSolution
 from cablecad.rod.span import Span
-from cablecad.rod.trace import Trace
+from cablecad.rod.trace import Trace, gathered
 
 _FEWEST = 3
 """So many solutions are measured together, fewer one by one."""
@@ -79,8 +78,8 @@ class _Outlines:
     """
 
     def __init__(self, traces: list[Trace]) -> None:
-        spans, rows = [one.span for one in traces], [one.row for one in traces]
-        self._rows = Equilibria(*(np.concatenate([getattr(row, f.name) for row in rows]) for f in fields(Equilibria)))
+        spans = [one.span for one in traces]
+        self._rows = gathered(traces)
         middle = Middle(*(getattr(self._rows, f.name) for f in fields(Middle)))
         self._courses = middle.courses.take(np.s_[:, None])
         self._length, self._lead_out, self._lead_in = (

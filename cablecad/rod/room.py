@@ -22,6 +22,7 @@ from cablecad.rod.judge import judge
 from cablecad.rod.polish import Middle
 from cablecad.rod.solution import Equilibrium
 from cablecad.rod.stability import Stability
+from cablecad.rod.trace import Trace, gathered
 from cablecad.self_gap import (
     Indices,
     greatest_between,
@@ -42,61 +43,53 @@ of the curvature, too high at most. Twice as many cost what they gain."""
 
 def measure_gaps(equilibria: Iterable[Equilibrium]) -> None:
     """Find the self-gaps of equilibria, which then have them at hand."""
-    plain = [one for one in equilibria if _is_plain(one)]
+    plain = [(one, trace) for one in equilibria if (trace := _plain_trace(one)) is not None]
     if len(plain) < _FEWEST:
         return
-    steepness = [max(row.omega[0], row.kappa_max[0]) for row in _rows(plain)]
-    plain = [plain[i] for i in np.argsort(steepness, kind="stable")]  # alike in their number of samples
+    rows = gathered([trace for _, trace in plain])
+    order = np.argsort(np.maximum(rows.omega, rows.kappa_max), kind="stable")  # alike in their number of samples
     for low in range(0, len(plain), _BLOCK):
-        _measure_gaps(plain[low : low + _BLOCK])
+        own = order[low : low + _BLOCK]
+        _measure_gaps([plain[i] for i in own], rows.take(own))
 
 
 def judge_together(equilibria: Iterable[Equilibrium]) -> None:
     """Find the stability of equilibria, which then have it at hand."""
     asked = [
-        one for one in equilibria if one.trace is not None and not isinstance(one.__dict__.get("stability"), Stability)
+        (one, one.trace)
+        for one in equilibria
+        if one.trace is not None and not isinstance(one.__dict__.get("stability"), Stability)
     ]
     if len(asked) < _FEWEST:
         return
-    rows = _rows(asked)
-    together = _joined(rows)
-    judge(together)
-    for i, row in enumerate(rows):
+    rows = gathered([trace for _, trace in asked])
+    judge(rows)
+    margins, free = rows.margins.tolist(), rows.free_turns.tolist()
+    spins = np.where(np.isnan(rows.torsion_ratio), "free", "clamped").tolist()
+    for i, (one, trace) in enumerate(asked):
         for name in ("margins", "verdict", "free_turns"):
-            getattr(row, name)[:] = getattr(together, name)[i : i + 1]
-    spins = np.where(np.isnan(together.torsion_ratio), "free", "clamped").tolist()
-    margins = together.margins.tolist()
-    for one, (inside, outside), free, spin in zip(asked, margins, together.free_turns.tolist(), spins, strict=True):
-        one.__dict__["stability"] = Stability(inside, outside, free, spin)
+            getattr(trace.row, name)[:] = getattr(rows, name)[i : i + 1]
+        one.__dict__["stability"] = Stability(margins[i][0], margins[i][1], free[i], spins[i])
 
 
-def _rows(equilibria: Iterable[Equilibrium]) -> list[Equilibria]:
-    """The solver's own state of those that have one."""
-    return [one.trace.row for one in equilibria if one.trace is not None]
+def _plain_trace(one: Equilibrium) -> Trace | None:
+    """The solver's own state of an equilibrium of one elastica whose self-gap nobody has asked for yet."""
+    trace = one.trace
+    return None if trace is None or "self_gap" in one.__dict__ or trace.row.taut[0] else trace
 
 
-def _is_plain(one: Equilibrium) -> bool:
-    """Whether the free part is one elastica, and nobody has asked for the self-gap yet."""
-    return one.trace is not None and "self_gap" not in one.__dict__ and not one.trace.row.taut[0]
-
-
-def _joined(rows: list[Equilibria]) -> Equilibria:
-    return Equilibria(*(np.concatenate([getattr(row, f.name) for row in rows]) for f in fields(Equilibria)))
-
-
-def _measure_gaps(some: list[Equilibrium]) -> None:
-    spans = [one.trace.span for one in some if one.trace is not None]
+def _measure_gaps(some: list[tuple[Equilibrium, Trace]], rows: Equilibria) -> None:
+    spans = [trace.span for _, trace in some]
     free = np.array([span.length for span in spans])
     straights = np.array([[span.lead_out, span.lead_in] for span in spans]) / free[:, None]
-    radii = np.array([one.diameter for one in some]) / 2.0 / free
-    rows = _joined(_rows(some))
+    radii = np.array([one.diameter for one, _ in some]) / 2.0 / free
     lengths = 1.0 + straights.sum(axis=1)
     good = np.array([is_measurable(*map(float, one)) for one in zip(lengths, rows.kappa_max, radii, strict=True)])
     gaps = np.full(len(some), np.nan)
     if good.any():
         rods = _Rods(rows.take(np.flatnonzero(good)), straights[good])
         gaps[good] = self_gaps(rods, radii[good]) * free[good]
-    for one, gap, known in zip(some, gaps.tolist(), good.tolist(), strict=True):
+    for (one, _), gap, known in zip(some, gaps.tolist(), good.tolist(), strict=True):
         one.__dict__["self_gap"] = gap if known else None
 
 
