@@ -56,10 +56,11 @@ _PER_RADIAN, _LEAST_SAMPLES = 8.0, 256
 _MOST_SAMPLES = 4_000_000
 """More samples of the curvature than this are not taken: 100 MB, and a curve that no tube's spline could follow."""
 
-_STARTS = 24
-"""Cells from which Newton's method begins in one round: those that may hold the least distances."""
+_STARTS, _LAST_STARTS = 8, 24
+"""Cells from which Newton's method begins in one round, and in the last, to find the least of a family: those that may
+hold the least distances."""
 
-_NEWTON_PARTS, _MANY = 64, 256
+_NEWTON_PARTS, _MANY = 32, 256
 """Newton's method waits for cells of this size: most of the larger ones hold no critical pair and are left out by the
 next halving. So many of them are not halved without a smaller distance known."""
 
@@ -233,21 +234,25 @@ class _Search:
             left = ~approached | (many > _STARTS)
             here = pairs.curve
             passed.append(
-                _lowest(pairs.taken(left[here] & (pairs.least >= enough[here]) & (pairs.least < self.distance[here])))
+                _lowest(
+                    pairs.taken(left[here] & (pairs.least >= enough[here]) & (pairs.least < self.distance[here])),
+                    _LAST_STARTS,
+                )
             )
             cells = cells.taken(pairs.least < enough[here]).halved()
             stack += [cells.taken(slice(begin, begin + _BATCH)) for begin in range(0, len(cells.s), _BATCH)]
         # What was passed over within the tolerance is most of all a family of one distance; the exact least is found
         # from the lowest of it.
-        self._approach(_Pairs(*map(np.concatenate, zip(*passed, strict=True))), np.full(count, math.inf))
+        last = _Pairs(*map(np.concatenate, zip(*passed, strict=True)))
+        self._approach(last, np.full(count, math.inf), starts=_LAST_STARTS)
 
     def _critical(self, cells: _Cells) -> tuple[_Cells, _Pairs]:
-        """The cells that may hold a critical pair, and their centres."""
+        """The cells that may hold a critical pair nearer than the known ones, and their centres."""
         count = len(cells.s)
         # Numbers from -1 to parts, of each curve.
-        keys = np.concatenate([cells.s, cells.t]) + np.tile(cells.curve * (cells.parts + 2), 2)
-        keys, where = np.unique(keys, return_inverse=True)
-        curve, numbers = np.divmod(keys + 1, cells.parts + 2)
+        keys = np.concatenate([cells.s, cells.t]) + np.tile(cells.curve * (cells.parts + 2) + 1, 2)
+        keys, where = _distinct(keys, len(self.distance) * (cells.parts + 2))
+        curve, numbers = np.divmod(keys, cells.parts + 2)
         numbers -= 1
         lengths = self.curves.lengths[curve]
         width = lengths / cells.parts
@@ -267,21 +272,24 @@ class _Search:
         distance = np.sqrt(_dot(chord, chord))
         rounding = self.rounding[cells.curve]
         reach = half[i] + half[j]
-        apex = np.maximum(distance, np.maximum(reach, rounding))
+        nearest = np.maximum(distance - reach, 0.0)
+        growth = reach**2 / np.maximum(nearest, rounding) + bend[i] * half[i] ** 2 + bend[j] * half[j] ** 2
+        pairs = _Pairs(cells.curve, at[i], at[j], distance, np.maximum(nearest, distance - growth / 2.0))
+        near = np.flatnonzero(pairs.least < self.distance[cells.curve])
+        cells, pairs, i, j, chord = cells.taken(near), pairs.taken(near), i[near], j[near], chord[near]
+
+        distance, reach = pairs.distance, reach[near]
+        apex = np.maximum(distance, np.maximum(reach, rounding[near]))
         swing = np.where(reach < distance, np.arcsin(reach / apex), math.pi)
         facing = np.ones(len(i), dtype=bool)
         for k in (i, j):
             lean = np.arcsin(np.abs(_dot(chord, tangent[k])) / (apex * (1.0 + 1e-15)))
             facing &= (lean <= swing + bend[k] * half[k]) | (half[k] == 0.0)
-        nearest = np.maximum(distance - reach, 0.0)
-        growth = reach**2 / np.maximum(nearest, rounding) + bend[i] * half[i] ** 2 + bend[j] * half[j] ** 2
-        least = np.maximum(nearest, distance - growth / 2.0)
-        pairs = _Pairs(cells.curve, at[i], at[j], distance, least)
         return cells.taken(facing), pairs.taken(facing)
 
-    def _approach(self, pairs: _Pairs, width: Array) -> None:
+    def _approach(self, pairs: _Pairs, width: Array, *, starts: int = _STARTS) -> None:
         """Lower `distance` from the lowest of the pairs: by Newton's method, or as they are in cells small enough."""
-        pairs = _lowest(pairs.taken(pairs.least < self.distance[pairs.curve]))
+        pairs = _lowest(pairs.taken(pairs.least < self.distance[pairs.curve]), starts)
         if not len(pairs.s):
             return
         small = (2.0 * width <= self.distance - self.enough)[pairs.curve]
@@ -295,15 +303,18 @@ class _Search:
         With the chord c from t to s, f = c . T(s) and g = c . T(t) are to vanish. The steps are those of damped least
         squares, for stretches that run parallel make the system singular; elsewhere the damping is not felt.
         """
-        lengths, rounding, widest, half = self.curves.lengths[curve], self.rounding[curve], width[curve], len(s)
-        s_fixed, t_fixed, twice = s >= lengths, t <= 0.0, np.tile(curve, 2)
+        found = [(curve[:0], s[:0])]
         for step in range(_NEWTON_STEPS + 1):
-            position, tangent, turning = self.curves.states(twice, np.concatenate([s, t]))
+            half, lengths, widest = len(s), self.curves.lengths[curve], width[curve]
+            s_fixed, t_fixed = s >= lengths, t <= 0.0
+            position, tangent, turning = self.curves.states(np.tile(curve, 2), np.concatenate([s, t]))
             t_s, t_t = tangent[:half], tangent[half:]
             chord = position[:half] - position[half:]
             f, g = np.where(s_fixed, 0.0, _dot(chord, t_s)), np.where(t_fixed, 0.0, _dot(chord, t_t))
             distance = np.sqrt(_dot(chord, chord))
-            normal = np.maximum(np.abs(f), np.abs(g)) <= _NORMAL * distance + rounding
+            normal = np.maximum(np.abs(f), np.abs(g)) <= _NORMAL * distance + self.rounding[curve]
+            good = normal & (s - t >= self.apart[curve] * (1.0 - 1e-12))
+            found.append((curve[good], distance[good]))
             if step == _NEWTON_STEPS or normal.all():
                 break
             cosine = _dot(t_s, t_t)
@@ -315,11 +326,12 @@ class _Search:
             ds = (determinant * (g_t * f - f_t * g) + damping * (f_s * f + g_s * g)) / scale
             dt = (determinant * (f_s * g - g_s * f) + damping * (f_t * f + g_t * g)) / scale
             s, t = (
-                np.where(fixed | normal, at, _between(at - _between(way, -widest, widest), 0.0, lengths))
+                np.where(fixed, at, _between(at - _between(way, -widest, widest), 0.0, lengths))[~normal]
                 for fixed, at, way in ((s_fixed, s, ds), (t_fixed, t, dt))
             )
-        good = normal & (s - t >= self.apart[curve] * (1.0 - 1e-12))
-        return curve[good], distance[good]
+            curve = curve[~normal]
+        curves, distances = zip(*found, strict=True)
+        return np.concatenate(curves), np.concatenate(distances)
 
 
 class _OneCurve:
@@ -374,14 +386,23 @@ def greatest_between(bounds: Array, first: Indices, last: Indices, offset: Indic
     return found
 
 
-def _lowest(pairs: _Pairs) -> _Pairs:
-    """Those of each curve that may hold its least distances."""
-    if len(pairs.s) <= _STARTS:
+def _distinct(keys: Indices, count: int) -> tuple[Indices, Indices]:
+    """`np.unique` with the inverse, of numbers below `count`; without sorting where there are not many more of them."""
+    if count > 8 * len(keys):
+        return np.unique(keys, return_inverse=True)
+    there = np.zeros(count, dtype=bool)
+    there[keys] = True
+    return np.flatnonzero(there), (np.cumsum(there) - 1)[keys]
+
+
+def _lowest(pairs: _Pairs, count: int) -> _Pairs:
+    """As many of each curve, those that may hold its least distances."""
+    if len(pairs.s) <= count:
         return pairs
     order = np.lexsort((pairs.least, pairs.curve))
     curve = pairs.curve[order]
     rank = np.arange(len(order)) - np.searchsorted(curve, curve, side="left")
-    return pairs.taken(order[rank < _STARTS])
+    return pairs.taken(order[rank < count])
 
 
 def _between(values: Array, least: Array | float, most: Array | float) -> Array:

@@ -364,6 +364,7 @@ def test_no_cell_with_a_critical_pair_is_left_out() -> None:
     for number in range(12):
         curve = random_chain(rng) if number % 2 else random_elastica(rng)
         search = _Search(_OneCurve(curve), np.array([1.0]), np.array([1e-6]))
+        search.distance[:] = math.inf  # no nearer pair is known
         for s, t in critical_pairs(curve, rng):
             distance = float(np.linalg.norm(np.subtract(*curve.position([s, t]))))
             for parts in 2 ** np.arange(1, 15):

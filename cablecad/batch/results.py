@@ -7,11 +7,13 @@ error and seconds. The lists of a report that are no vectors (equilibria, points
 from __future__ import annotations
 
 import csv
+import io
 import json
+import tempfile
 from array import array
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
@@ -27,7 +29,7 @@ _LEFT_OUT = frozenset({"name", "message", "seconds"})
 """What stands elsewhere in the line: the name in the columns' names, messages under error."""
 
 
-_ENDS = ("start.", "end.")
+_ENDS = ("start", "end")
 """Tables of vectors: position, direction, force, moment."""
 
 
@@ -37,60 +39,108 @@ def write_results(journal: Path, results: Path, keys: RowKeys, summary: Summary)
     Raises:
         ExchangeError: The journal cannot be read, or the results not written.
     """
-    columns: dict[str, tuple[int, int]] = {}
-    rows, places = array("q"), array("q")
-    for line in read_lines(journal):
-        row = keys.row(line.data["id"])
-        if row is None:  # of a batch that was; there is no such row any more
-            continue
-        summary.add(line.data)
-        rows.append(row)
-        places.append(line.place)
-        for i, column in enumerate(_values(line.data)):
-            # Where a column first stands, by row and not by when the row was done, so that the order is always one.
-            columns[column] = min(columns.get(column, (row, i)), (row, i))
-    ordered = sorted(columns, key=lambda column: columns[column])
-    header = [*_FIRST, *ordered, *_LAST]
-    with (
-        replacing(results) as aside,
-        aside.open("w", encoding="utf-8", newline="") as file,
-        journal.open("rb") as lines,
-    ):
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(header)
-        for at in np.argsort(np.frombuffer(rows, dtype=np.int64), kind="stable") if len(rows) else ():
-            lines.seek(places[at])
-            data = json.loads(lines.readline())
-            found = dict(_values(data))
-            cells = [found.get(column) for column in ordered]
-            seconds = (data.get("seconds") or {}).get("total")
-            error = "; ".join(data["error"].splitlines())
-            writer.writerow([data["id"], data["status"], *map(_cell, cells), error, _cell(seconds)])
+    with replacing(results) as aside, tempfile.TemporaryFile(dir=aside.parent) as scratch:
+        table = _Table(scratch)
+        for line in read_lines(journal):
+            row = keys.row(line.data["id"])
+            if row is not None:  # else of a batch that was; there is no such row any more
+                summary.add(line.data)
+                table.add(row, line.data)
+        with aside.open("wb") as file:
+            for data in table.lines():
+                file.write(data)
+
+
+class _Table:
+    """The lines of the results as they come, set down until all columns are known; in 20 bytes of memory a row.
+
+    Args:
+        scratch: An empty file.
+    """
+
+    def __init__(self, scratch: IO[bytes]) -> None:
+        self._scratch = scratch
+        self._rows, self._places, self._kinds = array("q"), array("q"), array("l")
+        # By the columns a line has: its number, and the first row that has them.
+        self._layouts: dict[tuple[str, ...], list[int]] = {}
+        self._end = 0
+
+    def add(self, row: int, data: Mapping[str, Any]) -> None:
+        """Take a line of the journal."""
+        values = _values(data)
+        layout = self._layouts.setdefault(tuple(values), [len(self._layouts), row])
+        layout[1] = min(layout[1], row)
+        self._rows.append(row)
+        self._places.append(self._end)
+        self._kinds.append(layout[0])
+        seconds = (data.get("seconds") or {}).get("total")
+        error = "; ".join(data["error"].splitlines())
+        line = _line([data["id"], data["status"], *map(_cell, values.values()), error, _cell(seconds)])
+        self._scratch.write(line)
+        self._end += len(line)
+
+    def lines(self) -> Iterator[bytes]:
+        """The header, then the lines in the order of the rows."""
+        # Where a column first stands, by row and not by when the row was done, so that the order is always one.
+        columns: dict[str, tuple[int, int]] = {}
+        for names, (_, row) in self._layouts.items():
+            for i, name in enumerate(names):
+                columns[name] = min(columns.get(name, (row, i)), (row, i))
+        ordered = sorted(columns, key=lambda column: columns[column])
+        yield _line([*_FIRST, *ordered, *_LAST])
+        places: list[list[int] | None] = [_places(names, ordered) for names in self._layouts]
+        ends = [*self._places[1:], self._end] if self._places else []
+        order = np.argsort(np.frombuffer(self._rows, dtype=np.int64), kind="stable") if self._rows else ()
+        for i in map(int, order):
+            self._scratch.seek(self._places[i])
+            line, at = self._scratch.read(ends[i] - self._places[i]), places[self._kinds[i]]
+            if at is None:
+                yield line
+                continue
+            (first, second, *cells, error, seconds) = next(csv.reader(io.StringIO(line.decode(), newline="")))
+            yield _line([first, second, *("" if j < 0 else cells[j] for j in at), error, seconds])
+
+
+def _places(names: Sequence[str], ordered: Sequence[str]) -> list[int] | None:
+    """Where a line has the values of all columns, -1 where it has none; None where it is as it should be."""
+    if list(names) == list(ordered):
+        return None
+    known = {name: i for i, name in enumerate(names)}
+    return [known.get(name, -1) for name in ordered]
+
+
+def _line(cells: Sequence[Any]) -> bytes:
+    text = io.StringIO(newline="")
+    csv.writer(text, lineterminator="\n").writerow(cells)
+    return text.getvalue().encode()
 
 
 def _values(line: Mapping[str, Any]) -> dict[str, Any]:
     """The values of a line by column: the overrides, then those of each cable."""
     found = dict(line["overrides"])
     for cable in line.get("cables") or ():
-        for key, value in _flat("", cable):
-            found[f"{cable['name']}.{key}"] = value
+        name = cable["name"]
+        for key, value in cable.items():
+            if key not in _LEFT_OUT:
+                _put(found, f"{name}.{key}", key, value)
     return found
 
 
-def _flat(prefix: str, table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """The single values in a table, by dotted key; a vector is three of them."""
-    for key, value in table.items():
-        if not prefix and key in _LEFT_OUT:
-            continue
-        if isinstance(value, dict):
-            yield from _flat(f"{prefix}{key}.", value)
-        elif prefix in _ENDS:
-            for i, axis in enumerate("xyz"):
-                yield f"{prefix}{key}.{axis}", None if value is None else value[i]
-        elif not isinstance(value, list) and (key != "solid" or value is not None):
-            yield f"{prefix}{key}", value
-        elif isinstance(value, list) and key in ("violations", "warnings"):
-            yield f"{prefix}{key}", "; ".join(value)
+def _put(found: dict[str, Any], column: str, key: str, value: Any) -> None:
+    """Set down what stands under a key of a cable's report: a value, or those of the table it is."""
+    if isinstance(value, dict):
+        if key in _ENDS:
+            for name, vector in value.items():
+                x, y, z = (None, None, None) if vector is None else vector
+                found[f"{column}.{name}.x"], found[f"{column}.{name}.y"], found[f"{column}.{name}.z"] = x, y, z
+        else:
+            for name, part in value.items():
+                _put(found, f"{column}.{name}", f"{key}.{name}", part)
+    elif not isinstance(value, list):
+        if value is not None or key != "solid":
+            found[column] = value
+    elif key in ("violations", "warnings"):
+        found[column] = "; ".join(value)
 
 
 def _cell(value: Any) -> Any:

@@ -88,8 +88,14 @@ def check_id(row: Row) -> None:
         raise SceneError([Mistake("id", problem, row.id) for problem in wrong])
 
 
-def row_hash(row: Row, *settings: object) -> str:
-    """The hash of a row's scene, of the contents of its parts, of settings of the batch and of cablecad's version."""
+def row_hash(row: Row, *settings: object, contents: dict[Path, bytes] | None = None) -> str:
+    """The hash of a row's scene, of the contents of its parts, of settings of the batch and of cablecad's version.
+
+    Args:
+        row: The row.
+        settings: What else its result depends on.
+        contents: Keeps the hashes of the parts' files from row to row; without it each is looked at anew.
+    """
     digest = blake2b(digest_size=HASH_BYTES)
     digest.update(json.dumps([__version__, *settings]).encode())
     scene = row.scene
@@ -105,8 +111,11 @@ def row_hash(row: Row, *settings: object) -> str:
         if isinstance(scene, Scene):
             digest.update(repr((scene.name, scene.cables, scene.parts, scene.tolerance)).encode())
             parts = [part.step for part in scene.parts]
+    contents = {} if contents is None else contents
     for part in parts:
-        digest.update(_content_hash(part))
+        if part not in contents:
+            contents[part] = _content_hash(part)
+        digest.update(contents[part])
     return digest.hexdigest()
 
 

@@ -35,6 +35,9 @@ LEAST_BUILT = 12
 LEAST_SOLVED = 150
 """The same for results only."""
 
+_MOST_FILES = 1000
+"""So many files of parts have their hashes kept while rows are looked over."""
+
 Output = Literal["step", "none"]
 
 
@@ -172,9 +175,12 @@ class _Batch:
             SceneError: Ids that cannot name files, or that two rows have.
         """
         settings = (self.builds, self.strict, self.epoch if self.builds else None)
+        contents: dict[Path, bytes] = {}
         for row in rows:
             check_id(row)
-            self.keys.add(row.id, row_hash(row, *settings))
+            self.keys.add(row.id, row_hash(row, *settings, contents=contents))
+            if len(contents) > _MOST_FILES:
+                contents.clear()
         suspects = set(self.keys.settle())
         if suspects:
             _refuse_doubles((row.id for i, row in enumerate(rows) if i in suspects), sorted(suspects))

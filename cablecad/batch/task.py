@@ -114,7 +114,7 @@ def _solve_rows(task: Task) -> list[RowResult]:
         else:
             scenes.append((i, scene))
     try:
-        runs = solve_scenes([scene for _, scene in scenes], documents=_documents())
+        runs = solve_scenes([scene for _, scene in scenes], documents=_documents(), measured=False)
         measure_scenes(run for run in runs if not isinstance(run, SceneError))
     except Exception as error:  # noqa: BLE001 - a bug; which row shows it is found below, and the others are solved
         if len(task.rows) == 1:

@@ -162,6 +162,14 @@ class Scene(Checked):
             for key, end in (("start", cable.start), ("end", cable.end)):
                 yield from (mistake.under(f"cables.{cable.name}.{key}") for mistake in end_mistakes(end, ports))
 
+    def with_cables(self, cables: Iterable[Cable]) -> Scene:
+        """The same scene with other cables of the same names, and with the same ends where those are on parts.
+
+        Cables are checked when they are made, so that nothing is new to the scene.
+        """
+        values = {key: getattr(self, key) for key in self.__slots__}
+        return self._trusted(**{**values, "cables": tuple(cables)})
+
     @property
     def inputs(self) -> tuple[Path, ...]:
         """Every file the scene reads."""

@@ -62,6 +62,8 @@ def resolve_ports(scene: Scene, documents: Mapping[str, Document]) -> Resolved:
             found; all of them at once.
     """
     resolved = Resolved(scene)
+    if not any(_ends(cable) for cable in scene.cables):
+        return resolved
     features: dict[int, list[Feature]] = {}
     parts = {part.name: part for part in scene.parts}
     cables: list[Cable] = []

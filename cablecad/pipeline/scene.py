@@ -44,6 +44,7 @@ class SceneRun:
         seconds: Time by stage.
         looked_at: Names of the parts whose files were read, or could not be.
         kept: What was read for other scenes; None where every file is read anew.
+        measured: Whether `measure_scenes` was here.
     """
 
     scene: Scene
@@ -55,10 +56,12 @@ class SceneRun:
     seconds: dict[str, float] = field(default_factory=dict)
     looked_at: set[str] = field(default_factory=set)
     kept: Documents | None = None
+    measured: bool = False
 
     def report(self, *, points: int | None = None) -> dict[str, Any]:
         """Report format 1."""
-        measure_scenes([self])
+        if not self.measured:
+            measure_scenes([self])
         return scene_report(self.scene, self.outcomes, solids=self.solids, seconds=self.seconds, points=points)
 
     @property
@@ -102,6 +105,7 @@ def solve_scenes(
     search: Search = "answer",
     progress: Progress | None = None,
     documents: Documents | None = None,
+    measured: bool = True,
 ) -> list[SceneRun | SceneError]:
     """Solve the cables of many scenes together, in a fraction of the time; a bad scene costs no other.
 
@@ -110,6 +114,8 @@ def solve_scenes(
         search: As for `solve_many`.
         progress: Told of each cable and part.
         documents: Keeps what was read of parts; without it the files of each scene are read anew.
+        measured: Whether to find the self-gaps of the answers together, for what is said of them; False where
+            `measure_scenes` follows, which finds those of all.
 
     Returns:
         For each scene its run, or the error for data that contradict each other.
@@ -118,7 +124,7 @@ def solve_scenes(
     known = [cable for one in begun if not isinstance(one, SceneError) for cable in one[1].known]
     started = time.perf_counter()
     solved = solve_many(known, search=search)
-    if len(known) > 1:
+    if measured and len(known) > 1:
         from cablecad.rod.room import measure_gaps
 
         measure_gaps(one.equilibrium for one in solved if not isinstance(one, CablecadError))
@@ -135,14 +141,19 @@ def solve_scenes(
 
 def measure_scenes(runs: Iterable[SceneRun]) -> None:
     """Find all that reports tell of the equilibria of many scenes, together."""
+    from cablecad.rod.outline import measure_outlines
     from cablecad.rod.room import judge_together, measure_gaps
 
+    runs = list(runs)
     solutions = [outcome.solution for run in runs for outcome in run.outcomes if outcome.solution is not None]
-    for solution in solutions:
-        _ = solution.self_gap  # as a build does, which asks for the answer's first: its last digit is the same then
+    if len(solutions) == 1:
+        _ = solutions[0].self_gap  # as a build does, which asks for the answer's first: its last digit is the same then
     found = [one for solution in solutions for one in solution.equilibria]
     measure_gaps(found)
     judge_together(found)
+    measure_outlines(solutions)
+    for run in runs:
+        run.measured = True
 
 
 def _begun(

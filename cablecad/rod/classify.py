@@ -8,7 +8,7 @@ import numpy as np
 
 from cablecad.rod.equilibria import SHARP_MODES, Equilibria, sides
 from cablecad.rod.flow import Jump
-from cablecad.rod.judge import clear_verdict, nodes
+from cablecad.rod.judge import clear_verdict, judge_in_plane, nodes
 from cablecad.rod.polish import Middle
 from cablecad.rod.problem import Problem
 from cablecad.rod.ritz import Ritz
@@ -17,6 +17,10 @@ from cablecad.rod.taut import Taut, wrap
 from cablecad.rod.trial import Array
 
 _TURN = 2.0 * np.pi
+
+FEW = 24
+"""Of so few solutions only the verdicts in the plane are found, as far as they are clear: half the time of margins. Of
+many, whose margins somebody is going to ask for, these are found at once."""
 
 
 def classify(
@@ -33,18 +37,7 @@ def classify(
         probe: Their flow to `polish.PROBES`.
         residual: Largest unmet end condition of each.
     """
-    trial, values = nodes(*problem.judged, z.shape[1] - 2)
-    theta = z @ values.T
     force = middle.force
-    coarse = in_plane_at_nodes(
-        trial,
-        np.cos(theta),
-        np.sin(theta),
-        force,
-        start_clamped=problem.judged[0],
-        end_clamped=problem.judged[1],
-        chord=_chord(problem.excess[scene]),
-    )
     # The discretised solution counts the turns, the polished state has the digits.
     theta_middle = middle.theta + _TURN * np.rint((z @ space.middle[0] - middle.theta) / _TURN)
     kappa_ends = probe.kappa[:, [0, 2]]
@@ -64,7 +57,7 @@ def classify(
     energy = _bending(middle, z, probe.square[:, 2] - probe.square[:, 0])
     turned = theta_middle[:, None] + probe.turn[:, [0, 2]]
     zero = np.zeros(len(scene))
-    return Equilibria(
+    found = Equilibria(
         scene=scene,
         theta=theta_middle,
         kappa=middle.kappa,
@@ -84,7 +77,7 @@ def classify(
         heights=heights,
         side=sides(heights),
         residual=residual,
-        verdict=np.stack([clear_verdict(coarse, np.maximum(middle.omega, kappa_max / 2.0)), 0 * scene], axis=-1),
+        verdict=np.zeros((len(z), 2), dtype=int),
         margins=np.full((len(z), 2), np.nan),
         free_turns=np.zeros(len(scene), dtype=bool),
         torsion_ratio=_torsion_ratio(problem, len(scene)),
@@ -96,6 +89,27 @@ def classify(
         frame=zero,
         excess=problem.excess[scene],
     )
+    if len(z) > FEW:
+        judge_in_plane(found)
+    else:
+        found.verdict[:, 0] = _rough_verdict(problem, found, z)
+    return found
+
+
+def _rough_verdict(problem: Problem, found: Equilibria, z: Array) -> np.ndarray:
+    """Verdicts in the plane by the search's own modes, 0 where they are not beyond doubt."""
+    trial, values = nodes(*problem.judged, z.shape[1] - 2)
+    theta = z @ values.T
+    margins = in_plane_at_nodes(
+        trial,
+        np.cos(theta),
+        np.sin(theta),
+        found.force,
+        start_clamped=problem.judged[0],
+        end_clamped=problem.judged[1],
+        chord=_chord(found.excess),
+    )
+    return clear_verdict(margins, np.maximum(found.omega, found.kappa_max / 2.0))
 
 
 def _bending(middle: Middle, z: Array, square: Array) -> Array:

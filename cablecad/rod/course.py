@@ -1,16 +1,17 @@
-"""One elastica as a curve: every point from its state at mid-span, many at a time.
+"""An elastica as a curve, or many of them: every point from the state at mid-span, many at a time.
 
-The formulas and regimes are those of `flow`, for one state in floats and arrays of arclengths: what depends on the
-state alone is worked out once, and a call costs a tenth of a millisecond and 60 ns a point.
+The formulas and regimes are those of `flow`: what depends on the state alone is worked out once. `Course` is for one
+state in floats, and a call costs a tenth of a millisecond and 60 ns a point; `Courses` for arrays of them.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from cablecad.rod.jacobian import Jacobian
 from cablecad.rod.midpoint import State, Swing
 from cablecad.rod.trial import Array
 
@@ -79,3 +80,79 @@ class Course:
         """N, h0 c0 S and h0 S C of the addition theorems; see `flow`."""
         own = self._own
         return C * C + (own.c * own.omega) ** 2 * (S * S), (own.h * own.c) * S, own.h * S * C
+
+
+class Courses(NamedTuple):
+    """The curves of many rods of length one: `Course` for states in arrays, which broadcast with the arclengths.
+
+    Attributes:
+        p, c: sin and cos of half the angle from the compression at mid-span.
+        h: Half the curvature there.
+        square: The force, omega^2.
+        swings: Whether the branch is the inflexional one.
+        rate: The elliptic argument is rate s.
+        m: Parameter.
+        jacobian: Its functions.
+    """
+
+    p: Array
+    c: Array
+    h: Array
+    square: Array
+    swings: np.ndarray
+    rate: Array
+    m: Array
+    jacobian: Jacobian
+
+    def take(self, index: Any) -> Courses:
+        """Some of the rods; or all of them along another axis, by an index such as ``np.s_[:, None]``."""
+        p, c, h, square, swings, rate, m = (array[index] for array in self[:-1])
+        return Courses(p, c, h, square, swings, rate, m, self.jacobian.take(index))
+
+    def at(self, s: Array) -> Points:
+        """The points at arclengths `s` from mid-span."""
+        u = self.rate * s
+        sn, cn, dn, zeta = self.jacobian(u)
+        S, C, D, below = self._factors(sn, cn, dn)
+        p = (self.p * C * D + self.h * self.c * S) / below
+        c = (self.c * D - self.p * self.h * S * C) / below
+        # (1 - C)/omega^2, where 1 - C cancels for small omega and 1 + C vanishes at half a period.
+        positive = C >= 0.0
+        lift = S * S / np.where(positive, 1.0 + C, 1.0)
+        if not positive.all():
+            lift = np.where(positive, lift, (1.0 - C) / np.where(positive, 1.0, self.square))
+        f = self.jacobian
+        base = np.where(self.swings, self.m * (f.mean_sn2 * u - zeta), u - (f.mean_cn2 * u + zeta)) / self.rate
+        along = s - 2.0 * base - (2.0 * self.p) * p * S
+        bent = self.h * lift * (self.c * self.c - (self.p * self.p) * C)
+        across = 2.0 / below * ((self.p * self.c) * S * D + bent)
+        return Points(along, across, c * c - p * p, 2.0 * p * c, self._kappa(S, C, D, below))
+
+    def kappa(self, s: Array) -> Array:
+        """The curvature at arclengths `s` from mid-span."""
+        sn, cn, dn = self.jacobian.elementary(self.rate * s)
+        return self._kappa(*self._factors(sn, cn, dn))
+
+    def _factors(self, sn: Array, cn: Array, dn: Array) -> tuple[Array, Array, Array, Array]:
+        """S, C, D and N of the addition theorems; see `flow`."""
+        S = sn / self.rate
+        C, D = np.where(self.swings, cn, dn), np.where(self.swings, dn, cn)
+        return S, C, D, C * C + (self.c * self.c * self.square) * (S * S)
+
+    def _kappa(self, S: Array, C: Array, D: Array, below: Array) -> Array:
+        kappa: Array = 2.0 * (self.h * C - (self.square * self.p * self.c) * S * D) / below
+        return kappa
+
+
+def courses(p: Array, c: Array, kappa: Array, omega: Array) -> Courses:
+    """The curves of states; arguments as for `flow.jump`, shape (n,) each."""
+    h, square = kappa / 2.0, omega * omega
+    w2 = h * h + square * p * p
+    gap = (omega * c - np.abs(h)) * (omega * c + np.abs(h))
+    swings = gap >= 0.0
+    r2 = np.where(swings, square, w2)
+    # A line has rate 0, and then any scale does.
+    rate = np.sqrt(np.maximum(r2, 1e-200))
+    m = np.where(swings, w2, square) / (rate * rate)
+    m1 = np.where(r2 > 1e-200, np.maximum(np.abs(gap) / (rate * rate), 1e-100), 1.0)
+    return Courses(p, c, h, square, swings, rate, m, Jacobian(m, m1))

@@ -27,6 +27,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 # Dropping a modulus c/a scales u by 1 - (c/a)^2/4 and changes dn by at most (c/a)^2/2: half a unit of rounding here.
+# What is held over m, whose next weight is c^2/(4 m a'), changes by as much over m, so that it decides.
 _NEGLIGIBLE = 2.2e-16
 
 
@@ -67,15 +68,15 @@ def descend(m: Any, m1: Any) -> tuple[list[Step], Any]:
     """The steps from (m, m1), m1 > 0, down to a negligible modulus, and the last mean, which is pi/(2 K)."""
     sqrt = functions_of(m1).sqrt
     steps: list[Step] = []
-    a, g, c2, c_over_m = 1.0, sqrt(m1), m, 1.0
+    a, g, c2_over_m, c_over_m = 1.0, sqrt(m1), m, 1.0
     one = isinstance(m1, float)
-    while not steps or (c2 > _NEGLIGIBLE * (a * a) if one else some(c2 > _NEGLIGIBLE * (a * a))):
+    while not steps or (c2_over_m > _NEGLIGIBLE * (a * a) if one else some(c2_over_m > _NEGLIGIBLE * (a * a))):
         # One always: zeta/m has a limit at m = 0.
         mean = 0.5 * (a + g)
         quarter = 0.25 / mean
         c_over_m = quarter * (c_over_m * (m * c_over_m) if steps else 1.0)  # c'/m, c' = c^2/(4 a'): (a - g)/2 cancels
         steps.append((a, g, mean, c_over_m))
-        a, g, c2 = mean, sqrt(a * g), (m * c_over_m) ** 2
+        a, g, c2_over_m = mean, sqrt(a * g), c_over_m * (m * c_over_m)
     return steps, a
 
 
@@ -139,6 +140,14 @@ class Jacobian:
         self._steps.reverse()
         self.mean_sn2, self.mean_cn2 = 0.5 + lag, 0.5 - lag
 
+    def take(self, index: Any) -> Jacobian:
+        """The functions of some of many parameters, given in an array."""
+        some = object.__new__(Jacobian)
+        some.m, some.m1, some.rate = self.m[index], self.m1[index], self.rate[index]
+        some.mean_sn2, some.mean_cn2 = (np.asarray(mean)[index] for mean in (self.mean_sn2, self.mean_cn2))
+        some._steps = [(aa[index], ga[index], weight[index]) for aa, ga, weight in self._steps]
+        return some
+
     @cached_property
     def mean_dn2(self) -> Any:
         """Mean of dn^2: E/K."""
@@ -174,6 +183,20 @@ class Jacobian:
             dn = above
         swing *= s
         return Climb(s, q, dn, swing, x)
+
+    def elementary(self, u: Any) -> tuple[Any, Any, Any]:
+        """sn, cn and dn of u, without the integral."""
+        x = self.rate * u
+        f = functions_of(x)
+        s = f.sin(x)
+        q = self.rate * f.cos(x)
+        s2, dn = s * s, 1.0
+        for aa, ga, _ in self._steps:
+            squared = q * q
+            q = q * dn
+            dn = (squared + s2 * ga) / (squared + s2 * aa)
+        norm = f.sqrt(s2 + q * q)
+        return s / norm, q / norm, dn
 
     def __call__(self, u: Any) -> tuple[Any, Any, Any, Any]:
         """sn, cn, dn and `Climb.swing` of u."""

@@ -22,8 +22,11 @@ from cablecad.rod.stability import NEUTRAL, forms_at_nodes, stability
 from cablecad.rod.steady import is_steady
 from cablecad.rod.trial import Array, TrialSpace, legendre, trial_space
 
-TRIAL_MODES = ((4.0, 16), (6.0, 24), (8.0, 32), (11.0, 44), (18.0, 60), (60.0, 84))
-"""Trial functions by steepness: margins to 1e-6 (1 + steepness^2), and far better below most steps."""
+TRIAL_MODES = (
+    *((4.0, 16), (5.0, 20), (6.0, 24), (7.0, 28), (8.0, 32), (9.0, 36), (10.0, 40), (11.0, 44)),
+    *((18.0, 60), (60.0, 84)),
+)
+"""Trial functions by steepness: margins to 1e-6 (1 + steepness^2), up to 11 to 2e-7."""
 
 SHARPEST = 60.0
 """Steeper shapes, long loops, are judged on panels that get small towards their loop, one by one."""
@@ -50,26 +53,51 @@ def clear_verdict(margins: Array, steepness: Array) -> np.ndarray:
     return verdict
 
 
+Plane = Literal[0, 1]
+"""In (0) or out of (1) the plane."""
+
+
+def judge_in_plane(found: Equilibria) -> None:
+    """Find margins and verdicts in the plane, by which the search ranks; the steepest shapes are left for later."""
+    steepness = np.maximum(found.omega, found.kappa_max / 2.0)
+    rows = np.flatnonzero(steepness <= SHARPEST)
+    if not len(rows):
+        return
+    _judge_with(found, rows, _counts(steepness[rows]), planes=(0,))
+    doubtful = rows[np.abs(found.margins[rows, 0]) < DOUBT * (1.0 + steepness[rows] ** 2)]
+    if len(doubtful):
+        _judge_with(found, doubtful, np.full(len(doubtful), FINEST), planes=(0,))
+    found.verdict[rows, 0] = np.where(found.margins[rows, 0] > NEUTRAL, 1, -1)
+
+
 def judge(found: Equilibria) -> None:
     """Find the margins that are missing, and with them both verdicts and whether a turn is free."""
     missing = np.flatnonzero(np.isnan(found.margins[:, 1]))
     if not len(missing):
         return
     steepness = np.maximum(found.omega, found.kappa_max / 2.0)[missing]
-    limits, counts = zip(*TRIAL_MODES, strict=True)
     plain = steepness <= SHARPEST
-    if plain.any():
-        _judge_with(found, missing[plain], np.array(counts)[np.searchsorted(limits, steepness[plain])])
+    whole = np.isnan(found.margins[missing, 0])
+    both: tuple[Plane, ...] = (0, 1)
+    for some, planes in ((plain & whole, both), (plain & ~whole, both[1:])):
+        if some.any():
+            _judge_with(found, missing[some], _counts(steepness[some]), planes=planes)
     for row in missing[~plain]:
         _judge_on_panels(found, row)
     doubtful = plain & (np.min(np.abs(found.margins[missing]), axis=1) < DOUBT * (1.0 + steepness**2))
     if doubtful.any():
-        _judge_with(found, missing[doubtful], np.full(np.count_nonzero(doubtful), FINEST))
+        _judge_with(found, missing[doubtful], np.full(np.count_nonzero(doubtful), FINEST), planes=both)
     found.verdict[missing] = np.where(found.margins[missing] > NEUTRAL, 1, -1)
 
 
-def decide(found: Equilibria, plane: Literal[0, 1]) -> np.ndarray:
-    """Verdicts in (0) or out of (1) the plane, 1 or -1, shape (n,); what is not yet known is found.
+def _counts(steepness: Array) -> np.ndarray:
+    """Trial functions for shapes by their steepness."""
+    limits, counts = zip(*TRIAL_MODES, strict=True)
+    return np.array(counts)[np.searchsorted(limits, steepness)]
+
+
+def decide(found: Equilibria, plane: Plane) -> np.ndarray:
+    """Verdicts in or out of the plane, 1 or -1, shape (n,); what is not yet known is found.
 
     One equilibrium that is stable beyond doubt is seen to be so without its margins.
     """
@@ -84,7 +112,7 @@ def decide(found: Equilibria, plane: Literal[0, 1]) -> np.ndarray:
     return found.verdict[:, plane]
 
 
-def _judge_with(found: Equilibria, rows: np.ndarray, counts: np.ndarray) -> None:
+def _judge_with(found: Equilibria, rows: np.ndarray, counts: np.ndarray, *, planes: tuple[Plane, ...]) -> None:
     """Margins of `rows`, each by its number of trial functions; rows alike in these and in their ends together."""
     kinds = np.column_stack([found.held[rows], np.isnan(found.torsion_ratio[rows]), counts])
     for kind in np.unique(kinds, axis=0) if len(rows) > 1 else kinds:
@@ -92,8 +120,10 @@ def _judge_with(found: Equilibria, rows: np.ndarray, counts: np.ndarray) -> None
         some = found.take(own) if len(own) < len(found) else found
         space = trial_space(bool(kind[0]), bool(kind[1]), (0.0, 1.0), int(kind[3]))
         theta, kappa, _ = some.at(space.s)
-        forms, found.free_turns[own] = _forms(some, space, np.cos(theta), np.sin(theta), kappa)
-        found.margins[own] = np.linalg.eigvalsh(forms)[..., 0].T
+        forms, free = _forms(some, space, np.cos(theta), np.sin(theta), kappa, planes)
+        found.margins[own[:, None], planes] = np.linalg.eigvalsh(forms)[..., 0].T
+        if 1 in planes:
+            found.free_turns[own] = free
 
 
 def _judge_on_panels(found: Equilibria, i: int) -> None:
@@ -135,7 +165,9 @@ def _one_is_steady(row: Equilibria) -> tuple[bool, bool]:
     )
 
 
-def _forms(some: Equilibria, space: TrialSpace, cosine: Array, sine: Array, kappa: Array) -> tuple[Array, Any]:
+def _forms(
+    some: Equilibria, space: TrialSpace, cosine: Array, sine: Array, kappa: Array, planes: tuple[Plane, ...]
+) -> tuple[Array, Any]:
     """`forms_at_nodes` of rows alike in their ends."""
     return forms_at_nodes(
         space,
@@ -148,6 +180,7 @@ def _forms(some: Equilibria, space: TrialSpace, cosine: Array, sine: Array, kapp
         end_clamped=bool(some.held[0, 1]),
         torsion_ratio=None if np.isnan(some.torsion_ratio[0]) else some.torsion_ratio,
         chord=_chord(some),
+        planes=planes,
     )
 
 

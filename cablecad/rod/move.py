@@ -76,7 +76,7 @@ def move_solution(
             f"the equilibrium of cable {cable.name} ceased to exist on the way to the moved ends, or the move was too "
             "large to follow; solve the moved cable anew, or move in smaller steps"
         )
-    reached = equilibrium_of(cable, span, row, ratio)
+    reached = equilibrium_of(cable, span, row, 0, ratio)
     solution = solution_of(cable, float(cable.length), span, (reached,), 0, "followed from the last solution")
     return replace(solution, find_notes=lambda: _notes(last, solution, trace.span.e3, span.e3))
 

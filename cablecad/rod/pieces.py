@@ -18,6 +18,14 @@ from cablecad.rod.elastica import elastica_derivatives, in_own_frame
 from cablecad.rod.midpoint import State
 from cablecad.rod.taut import Taut
 
+ALIKE = 1e-12
+"""Share by which two crests of the curvature may differ for no other reason than rounding."""
+
+
+def samples_of(omega: float) -> int:
+    """How many samples tell where the curvature is greatest."""
+    return 65 + 8 * int(omega)
+
 
 @dataclass(frozen=True)
 class _Shape:
@@ -67,7 +75,7 @@ class _Shape:
 
     @cached_property
     def _greatest_curvature(self) -> tuple[float, float]:
-        s = np.linspace(0.0, self.length, 65 + 8 * int(self._omega))
+        s = np.linspace(0.0, self.length, samples_of(self._omega))
         kappa = np.abs(self.bishop(s, 0)[0, :, 0])
         # A crest between two samples may be above a sample, or an end, that is the greatest of them.
         wide = np.pad(kappa, 1)
@@ -80,10 +88,11 @@ class _Shape:
             best = np.minimum(np.maximum(best + step, 0.0), self.length)
             if np.abs(step).max(initial=0.0) <= 1e-9 * s[1]:
                 break
-        at = np.append(best, s[int(np.argmax(kappa))])
+        # Of crests alike but for rounding the first, whoever worked them out.
+        at = np.append(best, s[int(np.argmax(kappa >= (1.0 - ALIKE) * kappa.max()))])
         refined = np.abs(self.bishop(at, 0)[0, :, 0])
-        i = int(np.argmax(refined))
-        return float(refined[i]), float(at[i])
+        i = int(np.argmin(np.where(refined >= (1.0 - ALIKE) * refined.max(), at, np.inf)))
+        return float(refined.max()), float(at[i])
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from cablecad.rod.course import Courses, courses
 from cablecad.rod.flow import Jump, jump
 from cablecad.rod.midpoint import Held, State, refine
 from cablecad.rod.ritz import Ritz, respond, solve
@@ -69,10 +70,21 @@ class Middle:
 
     def jump(self, s: Array) -> Jump:
         """The exact flow to arclengths `s` from mid-span, shape (k,) or (n, k)."""
+        return jump(*self.half, self.kappa, self.omega, s)
+
+    @property
+    def half(self) -> tuple[Array, Array]:
+        """sin and cos of half the angle from the compression."""
         sine, cosine = np.sin(self.lean / 2.0), np.cos(self.lean / 2.0)
-        p = np.where(self.tension, -np.copysign(cosine, self.lean), sine)
-        c = np.where(self.tension, np.abs(sine), cosine)
-        return jump(p, c, self.kappa, self.omega, s)
+        return (
+            np.where(self.tension, -np.copysign(cosine, self.lean), sine),
+            np.where(self.tension, np.abs(sine), cosine),
+        )
+
+    @property
+    def courses(self) -> Courses:
+        """The exact curves."""
+        return courses(*self.half, self.kappa, self.omega)
 
     @property
     def compression(self) -> Array:

@@ -9,6 +9,7 @@ Taut equilibria, and those with closed forms of their own, are left to themselve
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import fields
 from functools import cached_property
@@ -20,12 +21,12 @@ from cablecad.rod.equilibria import Equilibria
 from cablecad.rod.judge import judge
 from cablecad.rod.polish import Middle
 from cablecad.rod.solution import Equilibrium
+from cablecad.rod.stability import Stability
+from cablecad.rod.trace import Trace, gathered
 from cablecad.self_gap import (
     Indices,
-    curvature_bounds,
     greatest_between,
     is_measurable,
-    samples_of,
     self_gaps,
 )
 
@@ -35,57 +36,60 @@ _FEWEST = 3
 _BLOCK = 512
 """Equilibria searched at once: 200 MB."""
 
+_LEAST_SAMPLES, _PER_OMEGA = 64, 12.0
+"""Samples of the curvature at least, and for each unit of omega times the length: a bound of it is a 24th of omega, or
+of the curvature, too high at most. Twice as many cost what they gain."""
+
 
 def measure_gaps(equilibria: Iterable[Equilibrium]) -> None:
     """Find the self-gaps of equilibria, which then have them at hand."""
-    plain = [one for one in equilibria if _is_plain(one)]
+    plain = [(one, trace) for one in equilibria if (trace := _plain_trace(one)) is not None]
     if len(plain) < _FEWEST:
         return
-    steepness = [max(row.omega[0], row.kappa_max[0]) for row in _rows(plain)]
-    plain = [plain[i] for i in np.argsort(steepness, kind="stable")]  # alike in their number of samples
+    rows = gathered([trace for _, trace in plain])
+    order = np.argsort(np.maximum(rows.omega, rows.kappa_max), kind="stable")  # alike in their number of samples
     for low in range(0, len(plain), _BLOCK):
-        _measure_gaps(plain[low : low + _BLOCK])
+        own = order[low : low + _BLOCK]
+        _measure_gaps([plain[i] for i in own], rows.take(own))
 
 
 def judge_together(equilibria: Iterable[Equilibrium]) -> None:
-    """Find the margins of stability of equilibria, which then have them at hand."""
-    rows = [row for row in _rows(equilibria) if np.isnan(row.margins).any()]
-    if len(rows) < _FEWEST:
+    """Find the stability of equilibria, which then have it at hand."""
+    asked = [
+        (one, one.trace)
+        for one in equilibria
+        if one.trace is not None and not isinstance(one.__dict__.get("stability"), Stability)
+    ]
+    if len(asked) < _FEWEST:
         return
-    together = _joined(rows)
-    judge(together)
-    for i, row in enumerate(rows):
+    rows = gathered([trace for _, trace in asked])
+    judge(rows)
+    margins, free = rows.margins.tolist(), rows.free_turns.tolist()
+    spins = np.where(np.isnan(rows.torsion_ratio), "free", "clamped").tolist()
+    for i, (one, trace) in enumerate(asked):
         for name in ("margins", "verdict", "free_turns"):
-            getattr(row, name)[:] = getattr(together, name)[i : i + 1]
+            getattr(trace.row, name)[:] = getattr(rows, name)[i : i + 1]
+        one.__dict__["stability"] = Stability(margins[i][0], margins[i][1], free[i], spins[i])
 
 
-def _rows(equilibria: Iterable[Equilibrium]) -> list[Equilibria]:
-    """The solver's own state of those that have one."""
-    return [one.trace.row for one in equilibria if one.trace is not None]
+def _plain_trace(one: Equilibrium) -> Trace | None:
+    """The solver's own state of an equilibrium of one elastica whose self-gap nobody has asked for yet."""
+    trace = one.trace
+    return None if trace is None or "self_gap" in one.__dict__ or trace.row.taut[0] else trace
 
 
-def _is_plain(one: Equilibrium) -> bool:
-    """Whether the free part is one elastica, and nobody has asked for the self-gap yet."""
-    return one.trace is not None and "self_gap" not in one.__dict__ and not one.trace.row.taut[0]
-
-
-def _joined(rows: list[Equilibria]) -> Equilibria:
-    return Equilibria(*(np.concatenate([getattr(row, f.name) for row in rows]) for f in fields(Equilibria)))
-
-
-def _measure_gaps(some: list[Equilibrium]) -> None:
-    spans = [one.trace.span for one in some if one.trace is not None]
+def _measure_gaps(some: list[tuple[Equilibrium, Trace]], rows: Equilibria) -> None:
+    spans = [trace.span for _, trace in some]
     free = np.array([span.length for span in spans])
     straights = np.array([[span.lead_out, span.lead_in] for span in spans]) / free[:, None]
-    radii = np.array([one.diameter for one in some]) / 2.0 / free
-    rows = _joined(_rows(some))
+    radii = np.array([one.diameter for one, _ in some]) / 2.0 / free
     lengths = 1.0 + straights.sum(axis=1)
     good = np.array([is_measurable(*map(float, one)) for one in zip(lengths, rows.kappa_max, radii, strict=True)])
     gaps = np.full(len(some), np.nan)
     if good.any():
         rods = _Rods(rows.take(np.flatnonzero(good)), straights[good])
         gaps[good] = self_gaps(rods, radii[good]) * free[good]
-    for one, gap, known in zip(some, gaps.tolist(), good.tolist(), strict=True):
+    for (one, _), gap, known in zip(some, gaps.tolist(), good.tolist(), strict=True):
         one.__dict__["self_gap"] = gap if known else None
 
 
@@ -98,19 +102,22 @@ class _Rods:
     """
 
     def __init__(self, rows: Equilibria, straights: Array) -> None:
-        self._middle = Middle(*(getattr(rows, f.name) for f in fields(Middle)))
-        self._kappa_max = rows.kappa_max
+        self._courses = Middle(*(getattr(rows, f.name) for f in fields(Middle))).courses
+        self._kappa_max, self._omega = rows.kappa_max, rows.omega
         self._before = straights[:, 0]
         self.lengths = 1.0 + straights.sum(axis=1)
 
     @cached_property
     def bends(self) -> _RodBends:
-        """From samples as many as the steepest needs."""
-        count = max(map(samples_of, self.lengths.tolist(), self._kappa_max.tolist()))
+        """From samples as many as the steepest needs: between two the curvature changes by omega^2 a unit of length."""
+        omega = self._omega[:, None]
+        count = max(_LEAST_SAMPLES, math.ceil(_PER_OMEGA * float((omega * self.lengths[:, None]).max())))
         s = np.linspace(0.0, 1.0, count + 1) * self.lengths[:, None] - self._before[:, None]
         # A straight next to a bend has its curvature: no sample knows where between two the straight ends.
-        kappa = np.abs(self._middle.jump(_between(s, 0.0, 1.0) - 0.5).kappa)
-        bounds = curvature_bounds(kappa, self._kappa_max[:, None])
+        kappa = np.abs(self._courses.take(np.s_[:, None]).kappa(_between(s, 0.0, 1.0) - 0.5))
+        higher = np.maximum(kappa[:, 1:], kappa[:, :-1]) + omega * omega * self.lengths[:, None] / (2.0 * count)
+        bounds = np.minimum(higher, self._kappa_max[:, None])
+        bounds *= 1.0 + 1e-9  # rounding
         bounds[(s[:, 1:] <= 0.0) | (s[:, :-1] >= 1.0)] = 0.0
         return _RodBends(bounds, self.lengths)
 
@@ -119,12 +126,11 @@ class _Rods:
         s = s - self._before[curve]
         inside = _between(s, 0.0, 1.0)
         beyond = s - inside
-        at = self._middle.take(curve).jump(inside[:, None] - 0.5)
-        p, c, kappa = at.p[:, 0], at.c[:, 0], np.where(beyond == 0.0, at.kappa[:, 0], 0.0)
-        tangent = np.stack([c * c - p * p, 2.0 * p * c], axis=1)
-        normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
-        position = np.stack([at.along[:, 0], at.across[:, 0]], axis=1) + beyond[:, None] * tangent
-        return position, tangent, kappa[:, None] * normal
+        at = self._courses.take(curve).at(inside - 0.5)
+        kappa = np.where(beyond == 0.0, at.kappa, 0.0)
+        position = np.stack([at.along + beyond * at.cosine, at.across + beyond * at.sine], axis=1)
+        turning = np.stack([-kappa * at.sine, kappa * at.cosine], axis=1)
+        return position, np.stack([at.cosine, at.sine], axis=1), turning
 
 
 def _between(values: Array, least: float, most: float) -> Array:

@@ -90,15 +90,20 @@ class Equilibrium:
         """The curve."""
         return self.shape.centreline
 
+    @cached_property
+    def ends(self) -> tuple[EndState, EndState]:
+        """States of the start and the end."""
+        return self.shape.start, self.shape.end
+
     @property
     def start(self) -> EndState:
         """State of the start."""
-        return self.shape.start
+        return self.ends[0]
 
     @property
     def end(self) -> EndState:
         """State of the end."""
-        return self.shape.end
+        return self.ends[1]
 
     @cached_property
     def stability(self) -> Judged:

@@ -191,21 +191,27 @@ def forms_at_nodes(
     end_clamped: bool,
     torsion_ratio: Any,
     chord: Array,
+    planes: tuple[int, ...] = (0, 1),
 ) -> tuple[Array, Any]:
-    """The second variations in and out of the plane, their eigenvalues' matrices; arguments as before.
+    """The second variations in (0) and out of (1) the plane, their eigenvalues' matrices; arguments as before.
 
     Args as for `stability_at_nodes`, but for the tangents (`cosine`, `sine`) at the nodes, shape (..., q) each.
 
     Returns:
-        Matrices of shape (2, ..., m, m) on the motions that the ends allow; whether a free turn was left out.
+        Matrices of shape (planes, ..., m, m) on the motions that the ends allow; whether a free turn was left out, if
+        those out of the plane are asked for.
     """
     tension = n[..., :1] * cosine + n[..., 1:] * sine
     pins = not start_clamped and not end_clamped
-    flat = _in_plane(space, cosine, sine, tension, chord, pins)
+    if planes == (0,):
+        return restricted(*_in_plane(space, cosine, sine, tension, chord, pins))[None], False
     held = start_clamped and end_clamped and torsion_ratio is not None
     tilted, free = _out_of_plane(
         space, cosine, sine, tension, kappa, ends, chord, start_clamped, end_clamped, torsion_ratio if held else None
     )
+    if planes == (1,):
+        return restricted(*tilted)[None], free
+    flat = _in_plane(space, cosine, sine, tension, chord, pins)
     # Both at once: at this size calls cost more than arithmetic.
     rows = np.zeros((2, *tilted[1].shape))
     rows[0, ..., : flat[1].shape[-2], :], rows[1] = flat[1], tilted[1]
@@ -255,14 +261,6 @@ def _out_of_plane(
         form = form + np.asarray(torsion_ratio)[..., None, None] * twist[..., :, None] * twist[..., None, :]
     flat = np.broadcast_to(space.mean, modes[0].shape)
     return (form, np.stack([flat, *modes], axis=-2)), free
-
-
-def least_in_plane(space: TrialSpace, cosine: Array, sine: Array, tension: Array, *, turn_free: Any = None) -> Array:
-    """Least eigenvalue in the plane, shape (...,), from cos(theta), sin(theta) and n.t at the nodes.
-
-    `turn_free`, shape (...,), marks cables that are free to turn in the plane: pinned by both ends to one point.
-    """
-    return least_eigenvalue(_form(space, tension), _held_rows(space, cosine, sine, turn_free))
 
 
 def _held_rows(space: TrialSpace, cosine: Array, sine: Array, turn_free: Any) -> Array:

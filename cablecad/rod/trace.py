@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+
+import numpy as np
 
 from cablecad.rod.equilibria import Equilibria
 from cablecad.rod.span import Span
@@ -15,7 +18,20 @@ class Trace:
     Attributes:
         span: The free part of the cable, its plane and its scale.
         row: The equilibrium of a rod of length one, a single row.
+        among: All that were found with it, of which `row` is a slice; None where it was found alone.
+        place: Where in them it is.
     """
 
     span: Span
     row: Equilibria
+    among: Equilibria | None = field(default=None, repr=False, compare=False)
+    place: int = 0
+
+
+def gathered(traces: Sequence[Trace]) -> Equilibria:
+    """Copies of the rows of some traces."""
+    among = traces[0].among
+    if among is not None and all(one.among is among for one in traces):
+        return among.take(np.array([one.place for one in traces]))
+    rows = [one.row for one in traces]
+    return Equilibria(*(np.concatenate([getattr(row, f.name) for row in rows]) for f in fields(Equilibria)))

@@ -80,9 +80,9 @@ def solve_two_point(
                         f"no equilibrium was found to a residual of 1e-12 in {found.descents[j]} starts, although none "
                         "is known to be impossible; change the length or an end a little"
                     )
-                results[i] = _solution(
-                    cables[i], lengths[i], span, found.equilibria.of(j), int(found.descents[j]), ratio
-                )
+                low, high = np.searchsorted(found.equilibria.scene, [j, j + 1]).tolist()
+                listed = [equilibrium_of(cables[i], span, found.equilibria, k, ratio) for k in range(low, high)]
+                results[i] = _solution(cables[i], lengths[i], span, listed, int(found.descents[j]))
             except CablecadError as error:
                 results[i] = error
     return results
@@ -96,10 +96,7 @@ def torsion_ratio(cable: Cable, span: Span) -> float | None:
     return None if GJ is None else GJ / cable.material.EI(cable.section)
 
 
-def _solution(
-    cable: Cable, length: float, span: Span, found: Equilibria, starts: int, ratio: float | None
-) -> RodSolution:
-    listed = [equilibrium_of(cable, span, found.take(slice(i, i + 1)), ratio) for i in range(len(found))]
+def _solution(cable: Cable, length: float, span: Span, listed: list[Equilibrium], starts: int) -> RodSolution:
     equilibria = tuple(_twins_by_bulge(listed))
     index = choose(cable, equilibria)
     kinds = " and ".join("clamped" if held else "pinned" for held in (span.start_clamped, span.end_clamped))
@@ -161,8 +158,9 @@ def _towards_bulge(twin: Equilibrium) -> tuple[float, ...]:
     return tuple(-np.round(twin.trace.row.heights[0], 9))
 
 
-def equilibrium_of(cable: Cable, span: Span, row: Equilibria, ratio: float | None) -> Equilibrium:
-    """One equilibrium of a rod of length one, given the span's length and place."""
+def equilibrium_of(cable: Cable, span: Span, found: Equilibria, place: int, ratio: float | None) -> Equilibrium:
+    """One of the equilibria of rods of length one, given the span's length and place."""
+    row = found.take(slice(place, place + 1))
     spin: Literal["clamped", "free"] = "free" if ratio is None else "clamped"
     return Equilibrium(
         winding=int(row.winding[0]),
@@ -173,7 +171,7 @@ def equilibrium_of(cable: Cable, span: Span, row: Equilibria, ratio: float | Non
         draw=partial(_draw, span, row),
         judge=partial(RowStability, row, spin),
         diameter=cable.diameter,
-        trace=Trace(span, row),
+        trace=Trace(span, row, found, place),
         kappa_max=float(row.kappa_max[0]) / span.length,
     )
 

@@ -3,36 +3,44 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cablecad.errors import Mistake
+from cablecad.errors import Mistake, SceneError
 from cablecad.model import Scene
 from cablecad.scene.resolve import resolve_scene, type_mistakes
+from cablecad.scene.vary import vary_scene
+
+Changes = tuple[tuple[Target, Any], ...]
 
 if TYPE_CHECKING:
     from cablecad.scene.override import Target
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class RawScene:
     """The raw data of a scene; from `load_raw_scene`.
 
     Attributes:
         data: The top table; not to be changed in place, for variants share what they do not override.
         source: The file; the paths of parts begin in its folder.
+        base: The scene this one is a variant of.
+        changes: What was overridden in it.
     """
 
     data: dict[str, Any]
     source: Path | None = None
+    base: RawScene | None = field(default=None, compare=False, repr=False)
+    changes: Changes = field(default=(), compare=False, repr=False)
 
     def overridden(self, changes: Iterable[tuple[Target, Any]]) -> RawScene:
         """The scene with values in other places; a value of None takes its key out."""
-        data = self.data
+        data, changes = self.data, tuple(changes)
         for target, value in changes:
             data = target.put(data, value)
-        return RawScene(data, self.source)
+        return RawScene(data, self.source, self if self.base is None else self.base, self.changes + changes)
 
     def type_mistakes(self) -> list[Mistake]:
         """Unknown keys and values of a wrong type."""
@@ -44,4 +52,14 @@ class RawScene:
         Raises:
             SceneError: All mistakes at once.
         """
-        return resolve_scene(self.data, source=self.source)
+        known = None if self.base is None else self.base._good
+        varied = None if known is None else vary_scene(known, self.changes)
+        return resolve_scene(self.data, source=self.source) if varied is None else varied
+
+    @cached_property
+    def _good(self) -> Scene | None:
+        """The scene, kept for its variants; None where there are mistakes in it."""
+        try:
+            return resolve_scene(self.data, source=self.source)
+        except SceneError:
+            return None

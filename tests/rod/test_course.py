@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from test_flow import S, states
 
-from cablecad.rod.course import Course
+from cablecad.rod.course import Course, courses
 from cablecad.rod.flow import jump
 from cablecad.rod.midpoint import State
 
@@ -29,3 +29,25 @@ def test_every_regime_is_that_of_the_flow(psi, kappa, omega, tension):
     assert np.max(np.abs(cosine - np.cos(theta))) < 3e-14 * scale
     assert np.max(np.abs(sine - np.sin(theta))) < 3e-14 * scale
     assert np.array_equal(bent, got.kappa)
+
+
+def test_many_are_those_of_each_alone():
+    """Every regime at once, along rows and one point a rod."""
+    found = list(states())
+    psi, kappa, omega = map(np.array, zip(*found, strict=True))
+    many = courses(np.sin(psi / 2), np.cos(psi / 2), kappa, omega)
+    s = np.tile(S, (len(found), 1))
+    rows = many.take(np.s_[:, None]).at(s)
+    rod = np.repeat(np.arange(len(found)), len(S))
+    points = many.take(rod).at(s.ravel())
+    for name, got, flat in zip(rows._fields, rows, points, strict=True):
+        assert np.array_equal(got.ravel(), flat), name
+    bent = many.take(np.s_[:, None]).kappa(s)
+    for i in range(len(found)):
+        want = jump(*(np.array([x]) for x in (math.sin(psi[i] / 2), math.cos(psi[i] / 2), kappa[i], omega[i])), S)
+        size = 1.0 + omega[i] + abs(kappa[i])
+        assert np.max(np.abs(rows.along[i] - want.along[0])) < 3e-14 * size
+        assert np.max(np.abs(rows.across[i] - want.across[0])) < 3e-14 * size
+        assert np.max(np.abs(rows.kappa[i] - want.kappa[0])) < 3e-14 * size
+        assert np.max(np.abs(bent[i] - want.kappa[0])) < 3e-14 * size
+        assert np.max(np.abs(rows.sine[i] - 2.0 * want.p[0] * want.c[0])) < 3e-14 * size

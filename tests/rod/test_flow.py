@@ -52,6 +52,23 @@ def test_every_regime_against_integration(psi, kappa, omega):
         assert np.max(np.abs(got - want) / np.array([1, 1 + omega, 1, 1, 1])) < 5e-13
 
 
+def test_a_nearly_circular_arc_keeps_its_digits():
+    """A parameter of 8e-4, over which the integral of a square is held: it must not lose digits by that."""
+    psi, kappa, omega = 1.8719738156357186, 0.04472495199403055, 0.000647596032442146
+    at = jump(np.array([math.sin(psi / 2)]), np.array([math.cos(psi / 2)]), np.array([kappa]), np.array([omega]), S)
+    with mpmath.workdps(30):
+        square = mpmath.mpf(omega) ** 2
+        path = mpmath.odefun(
+            lambda _, y: [y[1], -square * mpmath.sin(y[0]), mpmath.cos(y[0]), mpmath.sin(y[0])],
+            0,
+            [mpmath.mpf(psi), mpmath.mpf(kappa), 0, 0],
+            tol=mpmath.mpf(10) ** -25,
+        )
+        _, _, along, across = path(0.5)
+        assert abs(at.along[0, 2] - along) < 1e-15
+        assert abs(at.across[0, 2] - across) < 1e-15
+
+
 def test_under_tension_the_ends_keep_their_digits():
     """Middle angle 1e-11 from n: ends by mpmath's Jacobi functions at 60 digits, omega = 48."""
     with mpmath.workdps(60):
