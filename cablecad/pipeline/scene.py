@@ -142,12 +142,14 @@ def solve_scenes(
 def measure_scenes(runs: Iterable[SceneRun]) -> None:
     """Find all that reports tell of the equilibria of many scenes, together."""
     from cablecad.rod.outline import measure_outlines
-    from cablecad.rod.room import judge_together, measure_gaps
+    from cablecad.rod.room import FEWEST, judge_together, measure_gaps
 
     runs = list(runs)
     solutions = [outcome.solution for run in runs for outcome in run.outcomes if outcome.solution is not None]
-    if len(solutions) == 1:
-        _ = solutions[0].self_gap  # as a build does, which asks for the answer's first: its last digit is the same then
+    if len(solutions) < FEWEST:
+        # As a build does, which asks for the answers' first: their last digits are the same then.
+        for solution in solutions:
+            _ = solution.self_gap
     found = [one for solution in solutions for one in solution.equilibria]
     measure_gaps(found)
     judge_together(found)

@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Any
 from cablecad.errors import Mistake, SceneError
 from cablecad.model import Scene
 from cablecad.scene.resolve import resolve_scene, type_mistakes
-from cablecad.scene.vary import vary_scene
-
-Changes = tuple[tuple[Target, Any], ...]
 
 if TYPE_CHECKING:
     from cablecad.scene.override import Target
+
+    Changes = tuple[tuple[Target, Any], ...]
 
 
 @dataclass(frozen=True)
@@ -53,8 +52,13 @@ class RawScene:
             SceneError: All mistakes at once.
         """
         known = None if self.base is None else self.base._good
-        varied = None if known is None else vary_scene(known, self.changes)
-        return resolve_scene(self.data, source=self.source) if varied is None else varied
+        if known is not None:
+            from cablecad.scene.vary import vary_scene
+
+            varied = vary_scene(known, self.changes)
+            if varied is not None:
+                return varied
+        return resolve_scene(self.data, source=self.source)
 
     @cached_property
     def _good(self) -> Scene | None:
