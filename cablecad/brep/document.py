@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from cablecad.brep.kernel import IndexedMap_TopoDS_Shape, Sequence_TDF_Label
+from cablecad.brep.kernel import IndexedMap_TopoDS_Shape, Sequence_TDF_Label, items_of
 
 # isort: split
 from OCP.BRep import BRep_Builder
@@ -179,12 +179,12 @@ class Document:
     def _roots(self) -> list[TDF_Label]:
         roots = Sequence_TDF_Label()
         self._shapes.GetFreeShapes(roots)
-        return list(roots)
+        return items_of(roots)
 
     def _products(self) -> list[TDF_Label]:
         products = Sequence_TDF_Label()
         self._shapes.GetShapes(products)
-        return list(products)
+        return items_of(products)
 
     def _node(self, occurrence: TDF_Label, product: TDF_Label, location: TopLoc_Location) -> Node:
         shape = self._shapes.GetShape_s(product)
@@ -197,7 +197,7 @@ class Document:
             color=_color(product),
             occurrence_color=None if occurrence is product else _color(occurrence),
             subshape_colors=dict(self._subshape_colors(product, shape)),
-            layers=tuple(sorted(_name(layer) for layer in layers)),
+            layers=tuple(sorted(_name(layer) for layer in items_of(layers))),
             shape=shape,
             children=tuple(
                 self._node(component, self._product(component), self._shapes.GetLocation_s(component))
@@ -208,7 +208,7 @@ class Document:
     def _components(self, assembly: TDF_Label) -> list[TDF_Label]:
         components = Sequence_TDF_Label()
         self._shapes.GetComponents_s(assembly, components)
-        return list(components)
+        return items_of(components)
 
     def _product(self, component: TDF_Label) -> TDF_Label:
         product = TDF_Label()
@@ -219,7 +219,7 @@ class Document:
         labels = Sequence_TDF_Label()
         self._shapes.GetSubShapes_s(product, labels)
         places: dict[TopAbs_ShapeEnum, IndexedMap_TopoDS_Shape] = {}
-        for label in labels:
+        for label in items_of(labels):
             color, subshape = _color(label), self._shapes.GetShape_s(label)
             kind = subshape.ShapeType()
             if color is None or kind not in _KINDS:

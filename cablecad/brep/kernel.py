@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -92,11 +92,21 @@ __all__ = [
     "array2_of_doubles",
     "array2_of_points",
     "interface_settings",
+    "items_of",
     "list_of_shapes",
     "occ_errors",
     "silence",
     "subshapes",
 ]
+
+
+T_co = TypeVar("T_co", covariant=True)
+T = TypeVar("T")
+
+
+class _Sequence(Protocol[T_co]):
+    def Upper(self) -> int: ...
+    def __iter__(self) -> Iterator[T_co]: ...
 
 
 # --- arrays: `.tolist()` first, because one numpy scalar costs more than the rest of its pole (2-3 us in all) -------
@@ -166,6 +176,14 @@ def list_of_shapes(shapes: Sequence[TopoDS_Shape]) -> List_TopoDS_Shape:
     return shape_list
 
 
+def items_of(sequence: _Sequence[T]) -> list[T]:
+    """What a sequence of Open Cascade's holds.
+
+    Counted, because to run into the end of one is an exception in C++ that takes half a millisecond.
+    """
+    return [item for _, item in zip(range(sequence.Upper()), sequence, strict=False)]
+
+
 def subshapes(shape: TopoDS_Shape, kind: TopAbs_ShapeEnum) -> list[TopoDS_Shape]:
     """Every subshape of a kind once, in the order met; placed as it is in `shape`."""
     found = IndexedMap_TopoDS_Shape()
@@ -205,7 +223,7 @@ def silence() -> Iterator[None]:
     Only what was taken away is put back, so blocks that overlap, in whatever order they end, lose no printer of a host.
     """
     messenger = Message.DefaultMessenger_s()
-    printers = list(messenger.Printers())
+    printers = items_of(messenger.Printers())
     messenger.ChangePrinters().Clear()
     try:
         yield

@@ -19,6 +19,7 @@ import logging
 import os
 from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as installed_version
 from os import PathLike
@@ -312,7 +313,9 @@ def _header(name: str, version: str | None) -> bytes:
     return b"FILE_DESCRIPTION((''),'2;1');\nFILE_NAME(" + b",".join(fields) + b");\n"
 
 
+@cache
 def _installed_version() -> str:
+    """Looked up once: it means reading the metadata of packages, which takes as long as a cable's text."""
     try:
         return installed_version("cablecad")
     except PackageNotFoundError:  # run from its sources

@@ -33,6 +33,18 @@ def test_arrays_hold_what_was_given():
     assert [[weights.Value(i + 1, j + 1) for j in range(4)] for i in range(2)] == points[..., 0].tolist()
 
 
+def test_items_of_a_sequence():
+    from OCP.TDF import TDF_Data
+
+    labels = kernel.Sequence_TDF_Label()
+    assert kernel.items_of(labels) == []
+    data = TDF_Data()  # its labels live as long as it does
+    root = data.Root()
+    for tag in (3, 1, 2):
+        labels.Append(root.FindChild(tag))
+    assert [label.Tag() for label in kernel.items_of(labels)] == [3, 1, 2]
+
+
 def test_subshapes_and_lists():
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
     from OCP.TopAbs import TopAbs_ShapeEnum
