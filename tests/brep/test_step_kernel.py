@@ -38,7 +38,8 @@ def test_items_of_a_sequence():
 
     labels = kernel.Sequence_TDF_Label()
     assert kernel.items_of(labels) == []
-    root = TDF_Data().Root()
+    data = TDF_Data()  # its labels live as long as it does
+    root = data.Root()
     for tag in (3, 1, 2):
         labels.Append(root.FindChild(tag))
     assert [label.Tag() for label in kernel.items_of(labels)] == [3, 1, 2]
