@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from cablecad.rod.elliptic import argument
 from cablecad.rod.jacobian import Jacobian
 from cablecad.rod.midpoint import State, Swing
 from cablecad.rod.trial import Array
@@ -61,6 +62,25 @@ class Course:
         across = 2.0 / below * ((p0 * c0) * S * D + h0 * lift * (c0 * c0 - (p0 * p0) * C))
         kappa = 2.0 * (h0 * C - (o2 * p0 * c0) * S * D) / below
         return Points(along, across, c * c - p * p, 2.0 * p * c, kappa)
+
+    def crest(self) -> tuple[float, float]:
+        """The first point from the start on where the tangent lies along the compression, |curvature| being greatest.
+
+        Returns:
+            Its arclength from mid-span, beyond 1/2 where there is none; and the curvature there.
+        """
+        own = self._own
+        greatest = math.hypot(own.h, own.omega * own.p)
+        if greatest == 0.0:
+            return math.inf, 0.0
+        if own.swings:
+            phase = own.omega * own.p / greatest, own.h / greatest
+        else:
+            phase = math.copysign(own.p, own.p * own.h), own.c
+        u0 = argument(*phase, own.m, own.jacobian.m1)
+        period = math.pi / own.jacobian.rate
+        first = math.ceil((u0 - own.rate / 2.0) / period - 1e-12)
+        return (first * period - u0) / own.rate, 2.0 * greatest
 
     def tangent(self, s: Array) -> tuple[Array, Array, Array]:
         """cos and sin of the tangent's angle in the frame of `state.direction`, and the curvature, at `s`."""

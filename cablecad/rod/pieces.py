@@ -75,6 +75,9 @@ class _Shape:
 
     @cached_property
     def _greatest_curvature(self) -> tuple[float, float]:
+        return self._sampled_crest()
+
+    def _sampled_crest(self) -> tuple[float, float]:
         s = np.linspace(0.0, self.length, samples_of(self._omega))
         kappa = np.abs(self.bishop(s, 0)[0, :, 0])
         # A crest between two samples may be above a sample, or an end, that is the greatest of them.
@@ -119,6 +122,18 @@ class Elastica(_Shape):
     def _start(self) -> tuple[float, float]:
         at = self._course.at(np.array([-0.5]))
         return float(at.along[0]), float(at.across[0])
+
+    @cached_property
+    def _greatest_curvature(self) -> tuple[float, float]:
+        """In closed form, if the shape itself bears it out."""
+        s, kappa = self._course.crest()
+        inside = s <= 0.5 * (1.0 + ALIKE)
+        places = np.array([-0.5, min(s, 0.5), 0.5] if inside else [-0.5, 0.5])
+        found = np.abs(self._course.at(places).kappa)
+        if inside and abs(found[1] - kappa) > ALIKE * kappa:
+            return self._sampled_crest()
+        i = int(np.argmax(found >= (1.0 - ALIKE) * found.max()))
+        return float(found.max()) / self.length, (float(places[i]) + 0.5) * self.length
 
     def _points(self, s: Array) -> Points:
         at = self._course.at(s - 0.5)

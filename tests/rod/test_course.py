@@ -51,3 +51,21 @@ def test_many_are_those_of_each_alone():
         assert np.max(np.abs(rows.kappa[i] - want.kappa[0])) < 3e-14 * size
         assert np.max(np.abs(bent[i] - want.kappa[0])) < 3e-14 * size
         assert np.max(np.abs(rows.sine[i] - 2.0 * want.p[0] * want.c[0])) < 3e-14 * size
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_crest_is_where_the_curvature_is_greatest(seed):
+    """Against a fine sampling of |kappa|: over the whole way, and nowhere before it as great."""
+    rng = np.random.default_rng(seed)
+    state = State(*rng.uniform(-3.0, 3.0, 2), 0.0, float(rng.choice([0.0, 0.3, 3.0, 9.0])), bool(seed % 2))
+    curve = Course(state)
+    s, kappa = curve.crest()
+    at = np.linspace(-0.5, 0.5, 4001)
+    sampled = np.abs(curve.at(at).kappa)
+    if s > 0.5:
+        assert sampled.max() == pytest.approx(max(sampled[0], sampled[-1]), rel=1e-12)
+    else:
+        assert np.abs(curve.at(np.array([s])).kappa)[0] == pytest.approx(kappa, rel=1e-13)
+        assert kappa >= sampled.max() * (1.0 - 1e-13)
+        assert np.all(sampled[at < s - 1e-3] <= kappa)
+        assert s >= -0.5 - 1e-12
