@@ -132,14 +132,6 @@ def samples_of(length: float, kappa: float) -> int:
     return max(_LEAST_SAMPLES, math.ceil(_PER_RADIAN * kappa * length))
 
 
-def curvature_bounds(kappa: Array, greatest: Array) -> Array:
-    """Bounds between neighbouring samples of |curvature|, along the last axis; `greatest` is that of each curve."""
-    # A curvature that changes over its own bend radius changes by an eighth from sample to sample.
-    higher = np.maximum(kappa[..., 1:], kappa[..., :-1])
-    bounds: Array = np.minimum(1.15 * higher + 0.02 * greatest, 1.01 * greatest)
-    return bounds
-
-
 def self_gaps(curves: Curves, radii: Array) -> Array:
     """`self_gap` of many curves, every one of which `is_measurable`, shape (curves,)."""
     search = _Search(curves, math.pi * radii, _TOUCHING * radii)
@@ -233,12 +225,8 @@ class _Search:
             # From all of a few Newton's method has begun already.
             left = ~approached | (many > _STARTS)
             here = pairs.curve
-            passed.append(
-                _lowest(
-                    pairs.taken(left[here] & (pairs.least >= enough[here]) & (pairs.least < self.distance[here])),
-                    _LAST_STARTS,
-                )
-            )
+            over = left[here] & (pairs.least >= enough[here]) & (pairs.least < self.distance[here])
+            passed.append(_lowest(pairs.taken(over), _LAST_STARTS))
             cells = cells.taken(pairs.least < enough[here]).halved()
             stack += [cells.taken(slice(begin, begin + _BATCH)) for begin in range(0, len(cells.s), _BATCH)]
         # What was passed over within the tolerance is most of all a family of one distance; the exact least is found
@@ -359,7 +347,9 @@ class _SampledBends:
             at = np.linspace(begin, end, 2 + math.ceil(samples * (end - begin) / curve.length))
             kappa = np.linalg.norm(curve.bishop(at)[0], axis=1)
             kappa[-1] = np.linalg.norm(curve.bishop(end, side="left")[0])
-            bounds.append(curvature_bounds(kappa, np.array(greatest)))
+            # A curvature that changes over its own bend radius changes by an eighth from sample to sample.
+            higher = np.maximum(kappa[1:], kappa[:-1])
+            bounds.append(np.minimum(1.15 * higher + 0.02 * greatest, 1.01 * greatest))
             edges.append(at[1:])
         self.edges, self.bounds = np.concatenate(edges), np.concatenate(bounds)
         self.turned = np.concatenate([[0.0], np.cumsum(self.bounds * np.diff(self.edges))])
