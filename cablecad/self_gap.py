@@ -56,7 +56,7 @@ _PER_RADIAN, _LEAST_SAMPLES = 8.0, 256
 _MOST_SAMPLES = 4_000_000
 """More samples of the curvature than this are not taken: 100 MB, and a curve that no tube's spline could follow."""
 
-_STARTS, _LAST_STARTS = 8, 24
+_STARTS, _LAST_STARTS = 3, 24
 """Cells from which Newton's method begins in one round, and in the last, to find the least of a family: those that may
 hold the least distances."""
 
@@ -248,11 +248,12 @@ class _Search:
         half = np.where((numbers >= 0) & (numbers < cells.parts), width / 2.0, 0.0)
         position, tangent, _ = self.curves.states(curve, at)
         bends = self.curves.bends
-        bend = bends.greatest(curve, at - half, at + half)
-        begun, ended = bends.turning(curve, at - half), bends.turning(curve, at + half)
+        low, high = at - half, at + half
+        bend = bends.greatest(curve, low, high)
+        begun, ended = bends.turning(curve, low), bends.turning(curve, high)
 
         i, j = where[:count], where[count:]
-        far = (at[i] + half[i]) - (at[j] - half[j]) >= self.apart[cells.curve]
+        far = high[i] - low[j] >= self.apart[cells.curve]
         far &= ended[i] - begun[j] >= math.pi / 2.0
         cells, i, j = cells.taken(far), i[far], j[far]
 
