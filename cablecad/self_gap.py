@@ -56,7 +56,7 @@ _PER_RADIAN, _LEAST_SAMPLES = 8.0, 256
 _MOST_SAMPLES = 4_000_000
 """More samples of the curvature than this are not taken: 100 MB, and a curve that no tube's spline could follow."""
 
-_STARTS, _LAST_STARTS = 8, 24
+_STARTS, _LAST_STARTS = 3, 24
 """Cells from which Newton's method begins in one round, and in the last, to find the least of a family: those that may
 hold the least distances."""
 
@@ -130,14 +130,6 @@ def is_measurable(length: float, kappa: float, radius: float) -> bool:
 def samples_of(length: float, kappa: float) -> int:
     """How many samples of its curvature a curve needs."""
     return max(_LEAST_SAMPLES, math.ceil(_PER_RADIAN * kappa * length))
-
-
-def curvature_bounds(kappa: Array, greatest: Array) -> Array:
-    """Bounds between neighbouring samples of |curvature|, along the last axis; `greatest` is that of each curve."""
-    # A curvature that changes over its own bend radius changes by an eighth from sample to sample.
-    higher = np.maximum(kappa[..., 1:], kappa[..., :-1])
-    bounds: Array = np.minimum(1.15 * higher + 0.02 * greatest, 1.01 * greatest)
-    return bounds
 
 
 def self_gaps(curves: Curves, radii: Array) -> Array:
@@ -233,12 +225,8 @@ class _Search:
             # From all of a few Newton's method has begun already.
             left = ~approached | (many > _STARTS)
             here = pairs.curve
-            passed.append(
-                _lowest(
-                    pairs.taken(left[here] & (pairs.least >= enough[here]) & (pairs.least < self.distance[here])),
-                    _LAST_STARTS,
-                )
-            )
+            over = left[here] & (pairs.least >= enough[here]) & (pairs.least < self.distance[here])
+            passed.append(_lowest(pairs.taken(over), _LAST_STARTS))
             cells = cells.taken(pairs.least < enough[here]).halved()
             stack += [cells.taken(slice(begin, begin + _BATCH)) for begin in range(0, len(cells.s), _BATCH)]
         # What was passed over within the tolerance is most of all a family of one distance; the exact least is found
@@ -260,11 +248,12 @@ class _Search:
         half = np.where((numbers >= 0) & (numbers < cells.parts), width / 2.0, 0.0)
         position, tangent, _ = self.curves.states(curve, at)
         bends = self.curves.bends
-        bend = bends.greatest(curve, at - half, at + half)
-        begun, ended = bends.turning(curve, at - half), bends.turning(curve, at + half)
+        low, high = at - half, at + half
+        bend = bends.greatest(curve, low, high)
+        begun, ended = bends.turning(curve, low), bends.turning(curve, high)
 
         i, j = where[:count], where[count:]
-        far = (at[i] + half[i]) - (at[j] - half[j]) >= self.apart[cells.curve]
+        far = high[i] - low[j] >= self.apart[cells.curve]
         far &= ended[i] - begun[j] >= math.pi / 2.0
         cells, i, j = cells.taken(far), i[far], j[far]
 
@@ -359,7 +348,9 @@ class _SampledBends:
             at = np.linspace(begin, end, 2 + math.ceil(samples * (end - begin) / curve.length))
             kappa = np.linalg.norm(curve.bishop(at)[0], axis=1)
             kappa[-1] = np.linalg.norm(curve.bishop(end, side="left")[0])
-            bounds.append(curvature_bounds(kappa, np.array(greatest)))
+            # A curvature that changes over its own bend radius changes by an eighth from sample to sample.
+            higher = np.maximum(kappa[1:], kappa[:-1])
+            bounds.append(np.minimum(1.15 * higher + 0.02 * greatest, 1.01 * greatest))
             edges.append(at[1:])
         self.edges, self.bounds = np.concatenate(edges), np.concatenate(bounds)
         self.turned = np.concatenate([[0.0], np.cumsum(self.bounds * np.diff(self.edges))])

@@ -12,7 +12,7 @@ import os
 import sys
 import time
 from array import array
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import blake2b
 from pathlib import Path
@@ -52,8 +52,12 @@ class Line:
     data: dict[str, Any]
 
 
-def read_lines(path: Path) -> Iterator[Line]:
+def read_lines(path: Path, *, number: Callable[[str], Any] = float) -> Iterator[Line]:
     """The whole lines of a journal; of what is no line of a journal nothing is said.
+
+    Args:
+        path: Of the journal.
+        number: What is made of the digits of a number that is not whole.
 
     Raises:
         ExchangeError: It cannot be read.
@@ -62,7 +66,7 @@ def read_lines(path: Path) -> Iterator[Line]:
         with path.open("rb") as file:
             place = 0
             for text in file:
-                data = _parsed(text)
+                data = _parsed(text, number)
                 if data is not None:
                     yield Line(place, data)
                 place += len(text)
@@ -70,12 +74,12 @@ def read_lines(path: Path) -> Iterator[Line]:
         raise ExchangeError(f"{path} cannot be read: {error.strerror or error}; check its permissions") from error
 
 
-def _parsed(text: bytes) -> dict[str, Any] | None:
+def _parsed(text: bytes, number: Callable[[str], Any] = float) -> dict[str, Any] | None:
     """A line, or None for one that is torn."""
     if not text.endswith(b"\n"):
         return None
     try:
-        data = json.loads(text)
+        data = json.loads(text) if number is float else json.loads(text, parse_float=number)
     except ValueError:
         return None
     whole = isinstance(data, dict) and all(isinstance(data.get(key), str) for key in ("id", "status", "hash"))

@@ -41,7 +41,7 @@ def write_results(journal: Path, results: Path, keys: RowKeys, summary: Summary)
     """
     with replacing(results) as aside, tempfile.TemporaryFile(dir=aside.parent) as scratch:
         table = _Table(scratch)
-        for line in read_lines(journal):
+        for line in read_lines(journal, number=str):  # as they stand they go on
             row = keys.row(line.data["id"])
             if row is not None:  # else of a batch that was; there is no such row any more
                 summary.add(line.data)

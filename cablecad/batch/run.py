@@ -29,10 +29,10 @@ BLOCK = 100
 """Rows solved together. Numbers differ in their last digit by who was solved along, so a block is always the same rows,
 whoever works on it and however often the batch was interrupted."""
 
-LEAST_BUILT = 12
+LEAST_BUILT = 16
 """Rows with solids below which the start of workers is not made up for: see `tests/experiments/batch_workers.py`."""
 
-LEAST_SOLVED = 150
+LEAST_SOLVED = 400
 """The same for results only."""
 
 _MOST_FILES = 1000

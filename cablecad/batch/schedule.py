@@ -8,13 +8,17 @@ does not grow with the number of rows.
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import os
+import signal
+import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from dataclasses import dataclass, replace
+from types import FrameType
 from typing import Any
 
 from cablecad.batch.pool import WorkerPool
@@ -36,13 +40,49 @@ class InlineExecutor(Executor):
     max_workers = 1
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Call the function; its future is done."""
+        """Call the function; its future is done.
+
+        Raises:
+            KeyboardInterrupt: Ctrl-C was pressed meanwhile, whatever became of the exception where it was raised.
+        """
         future: Future[Any] = Future()
-        try:
-            future.set_result(fn(*args, **{**kwargs, "collect": False}))
-        except Exception as error:  # noqa: BLE001 - raised again by whoever asks the future
-            future.set_exception(error)
+        with _interruptible():
+            try:
+                future.set_result(fn(*args, **{**kwargs, "collect": False}))
+            except Exception as error:  # noqa: BLE001 - raised again by whoever asks the future
+                future.set_exception(error)
         return future
+
+
+@contextlib.contextmanager
+def _interruptible() -> Iterator[None]:
+    """Let no Ctrl-C get lost inside.
+
+    Raised while Open Cascade loads, KeyboardInterrupt comes out as an ImportError, which a row would keep as a bug; and
+    raised while an object is deleted it is gone.
+
+    Raises:
+        KeyboardInterrupt: It came, and something else or nothing came out.
+    """
+    before = signal.getsignal(signal.SIGINT)
+    came = False
+
+    def note(number: int, frame: FrameType | None) -> None:
+        nonlocal came
+        came = True
+        if callable(before):
+            before(number, frame)
+
+    if not callable(before) or threading.current_thread() is not threading.main_thread():
+        yield  # a signal that is ignored, or is not for this thread
+        return
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if came:
+        raise KeyboardInterrupt
 
 
 @dataclass

@@ -56,19 +56,19 @@ class Summary:
         return SOME_FAILED if self.failed else 0
 
     def add(self, line: Mapping[str, Any]) -> None:
-        """Take a line of the journal into account."""
+        """Take a line of the journal into account, whose numbers may be texts."""
         self.counts[line["status"]] += 1
         seconds = (line.get("seconds") or {}).get("total")
         if seconds is not None:
-            heapq.heappush(self.slowest, (seconds, line["id"]))
+            heapq.heappush(self.slowest, (float(seconds), line["id"]))
             if len(self.slowest) > _MOST_SLOW:
                 heapq.heappop(self.slowest)
         broken = False
         for cable in line.get("cables") or ():
             broken = broken or bool(cable["violations"])
-            solid = cable["solid"]
-            if solid is not None and (self.worst_deviation is None or solid["deviation"] > self.worst_deviation[0]):
-                self.worst_deviation = solid["deviation"], line["id"], cable["name"]
+            deviation = None if cable["solid"] is None else float(cable["solid"]["deviation"])
+            if deviation is not None and (self.worst_deviation is None or deviation > self.worst_deviation[0]):
+                self.worst_deviation = deviation, line["id"], cable["name"]
         if broken:
             self.broken_rules += 1
             if len(self.breakers) < _MOST_IDS:

@@ -30,7 +30,7 @@ from cablecad.self_gap import (
     self_gaps,
 )
 
-FEWEST = 3
+_FEWEST = 3
 """So many equilibria are measured together, fewer one by one."""
 
 _BLOCK = 512
@@ -44,7 +44,7 @@ of the curvature, too high at most. Twice as many cost what they gain."""
 def measure_gaps(equilibria: Iterable[Equilibrium]) -> None:
     """Find the self-gaps of equilibria, which then have them at hand."""
     plain = [(one, trace) for one in equilibria if (trace := _plain_trace(one)) is not None]
-    if len(plain) < FEWEST:
+    if len(plain) < _FEWEST:
         return
     rows = gathered([trace for _, trace in plain])
     order = np.argsort(np.maximum(rows.omega, rows.kappa_max), kind="stable")  # alike in their number of samples
@@ -60,7 +60,7 @@ def judge_together(equilibria: Iterable[Equilibrium]) -> None:
         for one in equilibria
         if one.trace is not None and not isinstance(one.__dict__.get("stability"), Stability)
     ]
-    if len(asked) < FEWEST:
+    if len(asked) < _FEWEST:
         return
     rows = gathered([trace for _, trace in asked])
     judge(rows)

@@ -6,6 +6,7 @@ is killed by us.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import resource
 import shutil
@@ -20,6 +21,7 @@ import pytest
 from variants import (
     CONNECTOR,
     PART,
+    SAMPLES,
     STRAIGHT,
     assert_same,
     children,
@@ -32,10 +34,12 @@ from variants import (
 
 pytest.importorskip("OCP", reason="solids need the kernel")
 
-from cablecad.batch import run_batch, table_rows
+from cablecad.batch import grid_rows, run_batch, table_rows
+from cablecad.batch.schedule import InlineExecutor
 from cablecad.errors import ExchangeError
 
 GOOD = "connector.step"
+CLAMPED = SAMPLES / "clamped.toml"
 
 
 @pytest.fixture
@@ -189,6 +193,52 @@ def test_ctrl_c_and_resume(scene, undisturbed, tmp_path, process, workers):
     assert f"6 rows: 6 done, {len(kept)} of them by an earlier run" in err
     assert journal(tmp_path / "out").items() >= kept.items()
     assert_same(tmp_path / "whole", tmp_path / "out")
+
+
+@pytest.mark.parametrize("workers", [0, 2])
+@pytest.mark.parametrize("lines", [0, 100])
+def test_ctrl_c_and_resume_of_results_only(scene, tmp_path, process, workers, lines):
+    """In the middle of a block, of which nothing is kept, and between imports and the first of them."""
+    arguments = ("batch", "--scene", CLAMPED, "--grid", "cables.W1.length=300:400:300", "--output", "none")
+    rows = grid_rows(CLAMPED, ["cables.W1.length=300:400:300"])
+    run_batch(rows, folder=tmp_path / "whole", output="none", workers=0)
+    out = tmp_path / "out"
+    batch = process(*arguments, "-o", out, "-j", workers, start_new_session=True)
+    wait_until(lambda: (out / "reports.jsonl").exists() and lines_in(out) >= lines)
+    time.sleep(0.1)
+    begun = time.monotonic()
+    os.killpg(batch.pid, signal.SIGINT)
+    batch.communicate()
+    assert time.monotonic() - begun < 2.0
+    assert batch.returncode == 130
+    assert lines_in(out) < 300
+    assert not (out / "results.csv").exists()
+    assert process(*arguments, "-o", out, "-j", workers, "--resume").wait() == 0
+    assert_same(tmp_path / "whole", out)
+
+
+def test_a_ctrl_c_that_is_swallowed_ends_the_batch_all_the_same():
+    """While Open Cascade loads it comes out as an ImportError, which must not become the bug of a row."""
+
+    def loads(*, collect):
+        try:
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(5.0)
+        except KeyboardInterrupt:
+            raise ImportError("initialization failed") from None
+
+    def forgets(*, collect):
+        with contextlib.suppress(KeyboardInterrupt):
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(5.0)
+
+    before = signal.getsignal(signal.SIGINT)
+    for function in (loads, forgets):
+        with pytest.raises(KeyboardInterrupt):
+            InlineExecutor().submit(function)
+        assert signal.getsignal(signal.SIGINT) is before
+    with ThreadPoolExecutor(1) as elsewhere:  # signals are the main thread's
+        assert elsewhere.submit(lambda: InlineExecutor().submit(dict).result()).result() == {"collect": False}
 
 
 def test_ctrl_c_ends_a_worker_that_hangs(scene, tmp_path, process):

@@ -16,7 +16,7 @@ import time
 from pathlib import Path
 
 SCENE = Path(__file__).parents[2] / "samples" / "clamped.toml"
-COUNTS = {"step": (3, 6, 12, 24), "none": (10, 20, 40, 80, 160)}
+COUNTS = {"step": (6, 12, 24, 48), "none": (150, 300, 600, 1000, 1500)}
 
 
 def seconds(count: int, output: str, workers: int) -> float:
@@ -27,7 +27,7 @@ def seconds(count: int, output: str, workers: int) -> float:
         axis = f"cables.W1.length=300:400:{count}"
         code = (
             "import os; os.environ['OPENBLAS_NUM_THREADS'] = '1'\n"
-            "from cablecad.batch import run, grid_rows, run_batch\nrun.BLOCK = min(run.BLOCK, 10)\n"
+            "from cablecad.batch import grid_rows, run_batch\n"
             f"run_batch(grid_rows({str(SCENE)!r}, [{axis!r}]), folder={folder!r}, output={output!r}, "
             f"workers={workers and processors()})"
         )
