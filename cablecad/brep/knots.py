@@ -46,6 +46,8 @@ _END_ORDERS = np.array(end_orders(DEGREE))
 _SAMPLES, _SAMPLES_A_RADIAN = 65, 2.0
 """Where the derivatives are taken: in a gentle piece, and a radian of the tightest bend."""
 
+_EVEN = np.linspace(0.0, 1.0, _SAMPLES)
+
 _MOST_SAMPLES = 400_000
 """Four a span of the longest spline there may be."""
 
@@ -74,15 +76,13 @@ class KnotCount(NamedTuple):
     Attributes:
         share: Of its length, shape (n,).
         knots: Knots up to there, shape (n,); the last is the number of spans.
-        start: Derivatives of position [mm], normal and binormal by the share at the start, in its frame, of the orders
-            that a spline is given, shape (orders, 3, 3).
-        end: Likewise at the end.
+        ends: Derivatives of position [mm], normal and binormal by the share at the start and at the end, in the frame
+            there, of the orders that a spline is given, shape (2, orders, 3, 3).
     """
 
     share: Array
     knots: Array
-    start: Array
-    end: Array
+    ends: Array
 
 
 def count_knots(piece: Centreline, radius: float, error: float) -> KnotCount:
@@ -95,18 +95,18 @@ def count_knots(piece: Centreline, radius: float, error: float) -> KnotCount:
     """
     length = piece.length
     wanted = _SAMPLES_A_RADIAN * piece.greatest_curvature()[0] * length
-    share = np.linspace(0.0, 1.0, math.ceil(min(max(_SAMPLES, wanted), _MOST_SAMPLES)))
-    sizes, ends = np.empty((2, len(share))), []
+    share = _EVEN if wanted <= _SAMPLES else np.linspace(0.0, 1.0, math.ceil(min(wanted, _MOST_SAMPLES)))
+    sizes, found = np.empty((2, len(share))), []
     for low in range(0, len(share), _BLOCK):
         turning = _turning(piece, share[low : low + _BLOCK] * length)
         sizes[:, low : low + _BLOCK] = turning.sizes(radius / length)
-        ends += [turning.derivatives(0, _END_ORDERS), turning.derivatives(-1, _END_ORDERS)]
+        found += [turning.derivatives(0, _END_ORDERS), turning.derivatives(-1, _END_ORDERS)]
     density = _spread(knot_density(sizes[0], sizes[1], error / length))
     knots = np.zeros(len(share))
     np.cumsum((density[1:] + density[:-1]) / (2.0 * (len(share) - 1)), out=knots[1:])
-    for end in ends:
-        end[:, 0] *= length
-    return KnotCount(share, knots, ends[0], ends[-1])
+    ends = np.array([found[0], found[-1]])
+    ends[:, :, 0] *= length
+    return KnotCount(share, knots, ends)
 
 
 def knot_density(first: Array, second: Array, error: float) -> Array:

@@ -258,11 +258,8 @@ def _interpolate(piece: Centreline, radius: float, knots: Array, wanted: KnotCou
     blocks = [piece.frames(at[low : low + size]) for low in range(0, len(at), size)]
     exact = Frames(*(np.concatenate(field) for field in zip(*blocks, strict=True))) if blocks[1:] else blocks[0]
     columns = np.hstack([exact.position, exact.normal, exact.binormal])
-    ends = Frames(*(field[[0, -1]] for field in exact))
-    start, end = (
-        np.reshape(found @ axes, (-1, 9))
-        for found, axes in zip((wanted.start, wanted.end), np.stack(ends[1:], axis=1), strict=True)
-    )
+    ends = Frames(*(field[:: len(at) - 1].copy() for field in exact))
+    start, end = (wanted.ends @ np.stack(ends[1:], axis=1)[:, None]).reshape(2, -1, 9)
     values = columns[::SAMPLES_A_SPAN]
     spline = interpolate(knots, DEGREE, values, start, end)
     # The binormal of a plane curve: a constant has constant poles, to the last digit.

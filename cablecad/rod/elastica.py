@@ -25,6 +25,8 @@ from cablecad.centreline import Array, ComplexArray, Frames, Placement
 from cablecad.rod.elliptic import complete_k, jacobi
 from cablecad.rod.jacobian import Jacobian
 
+_FACTORIALS = np.array([[math.factorial(n)] for n in range(20)], dtype=float)
+
 
 def elastica_derivatives(
     kappa: Array, sine: Array, cosine: Array, force: float, order: int
@@ -42,15 +44,15 @@ def elastica_derivatives(
         Of the curvature, by kappa' = -P sin(psi), and of exp(i psi), by its derivative i kappa exp(i psi): a recursion
         for Taylor coefficients, shape (order + 1, n) each.
     """
-    bends, turns = np.empty((order + 1, len(kappa))), np.empty((order + 1, len(kappa)), dtype=complex)
+    # The curvature as complex numbers too: a product of two kinds is taken by way of copies.
+    bends, turns = np.zeros((2, order + 1, len(kappa)), dtype=complex)
     bends[0], turns[0].real, turns[0].imag = kappa, cosine, sine
     for n in range(1, order + 1):
-        bends[n] = (-force / n) * turns[n - 1].imag
+        np.multiply(turns[n - 1].imag, -force / n, out=bends[n].real)
         turns[n] = np.einsum("jn,jn->n", turns[n - 1 :: -1], bends[:n]) * (1j / n)
-    factorials = np.array([[math.factorial(n)] for n in range(order + 1)], dtype=float)
-    bends *= factorials
+    factorials = _FACTORIALS[: order + 1]
     turns *= factorials
-    return bends, turns
+    return bends.real * factorials, turns
 
 
 def in_own_frame(turns: ComplexArray) -> ComplexArray:
@@ -105,10 +107,15 @@ class Inflexional:
 
     def frames(self, s: Array) -> Frames:
         """Positions and frames at `s`, shape (n, 3) each."""
-        return self.states(s)[0]
+        return self._curve(s)[0]
 
     def states(self, s: Array) -> tuple[Frames, Array]:
         """Positions and frames at `s`, and the curvature, shape (n, 2), in the first of the two components."""
+        frames, cn = self._curve(s)
+        return frames, np.column_stack([(2.0 * self.k * self.omega) * cn, np.zeros_like(s)])
+
+    def _curve(self, s: Array) -> tuple[Frames, Array]:
+        """Frames, and cn, which the curvature is proportional to."""
         advance = self.omega * s
         u = self.u0 + advance
         sn, cn, dn, swing = self._jacobian(u)
@@ -116,8 +123,7 @@ class Inflexional:
         epsilon = self._jacobian.mean_dn2 * u + self.m * swing
         x = (2.0 * (epsilon - epsilon0) - advance) / self.omega
         y = (-2.0 * self.k / self.omega) * (cn - cn0)
-        frames = self.placement.frames(x, y, dn * dn - self.m * (sn * sn), (2.0 * self.k) * sn * dn)
-        return frames, np.column_stack([(2.0 * self.k * self.omega) * cn, np.zeros_like(s)])
+        return self.placement.frames(x, y, dn * dn - self.m * (sn * sn), (2.0 * self.k) * sn * dn), cn
 
     def bishop(self, s: Array, order: int) -> Array:
         """Derivatives 0..order of the curvature, in the first of the two components."""

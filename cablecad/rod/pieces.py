@@ -49,13 +49,15 @@ class _Shape:
 
     def frames(self, s: Array) -> Frames:
         """Positions and frames at `s`, shape (n, 3) each."""
-        return self.states(s)[0]
+        return self._frames(self._points(s / self.length))
 
     def states(self, s: Array) -> tuple[Frames, Array]:
         """Positions and frames at `s`, and the curvature, shape (n, 2), in the first of the two components."""
         at = self._points(s / self.length)
-        frames = self.placement.frames(self.length * at.along, self.length * at.across, at.cosine, at.sine)
-        return frames, np.column_stack([at.kappa / self.length, np.zeros_like(s)])
+        return self._frames(at), np.column_stack([at.kappa / self.length, np.zeros_like(s)])
+
+    def _frames(self, at: Points) -> Frames:
+        return self.placement.frames(self.length * at.along, self.length * at.across, at.cosine, at.sine)
 
     def bishop(self, s: Array, order: int) -> Array:
         """Derivatives 0..order of the curvature, in the first of the two components."""
