@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import signal
 import subprocess
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -14,6 +15,10 @@ from hypothesis import settings
 
 # As the command line does, before numpy is loaded: threads only hinder on small matrices.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+# A run in the background of a script is deaf to Ctrl-C, and so would be the commands it starts.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 settings.register_profile("seeded", derandomize=True)
 settings.load_profile("seeded")  # the same examples every run: a failure can be looked into
