@@ -45,10 +45,10 @@ _SAMPLED = 0.985
 """Share of the tolerance the sampled deviation may reach, for the crests between the samples."""
 
 _AIM = 0.1
-"""Share of the tolerance aimed at: the first fit is the last, and a tenth of the error costs a third more knots."""
+"""Share of the tolerance aimed at: the first fit is the last, and a tenth of the error costs a quarter more knots."""
 
 _MOST_SPANS = 100_000
-"""A spline of more spans than this is refused: 40 MB of STEP."""
+"""A spline of more spans than this is refused: 70 MB of STEP."""
 
 
 @dataclass(frozen=True)
