@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from cablecad.bench.report import BenchReport, StageResult
-from cablecad.bench.stage import STAGES, Effort, Stage, Tell
+from cablecad.bench.stage import Effort, Stage, Tell
 from cablecad.errors import MissingDependencyError
 
 
@@ -51,15 +51,6 @@ def run_bench(
         if folder is not None:
             report.write(folder)
     return report
-
-
-def stage_named(name: str) -> Stage:
-    """The stage of a name.
-
-    Raises:
-        KeyError: There is none.
-    """
-    return {stage.name: stage for stage in STAGES}[name]
 
 
 def _be_silent(_step: str) -> None:

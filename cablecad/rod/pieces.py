@@ -7,6 +7,7 @@ same piece: the formulas of `cablecad.rod.flow` divide by nothing that vanishes.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -28,19 +29,20 @@ def samples_of(omega: float) -> int:
 
 
 @dataclass(frozen=True)
-class _Shape:
+class _Shape(ABC):
     """What the two pieces share; `placement.e1` lies along the compression -n (any direction where there is none)."""
 
     placement: Placement
     length: float
 
+    @abstractmethod
     def _points(self, s: Array) -> Points:
         """The shape at arclengths over the length, in the frame of its compression, positions from its start."""
-        raise NotImplementedError  # pragma: no cover - both pieces define it
 
     @property
+    @abstractmethod
     def _omega(self) -> float:
-        raise NotImplementedError  # pragma: no cover - both pieces define it
+        """sqrt(P) times the length."""
 
     @property
     def force(self) -> float:
@@ -71,34 +73,6 @@ class _Shape:
         at = self._points(s / self.length)
         return in_own_frame(elastica_derivatives(at.kappa, at.sine, at.cosine, self._omega**2, order)[1])
 
-    def greatest_curvature(self) -> tuple[float, float]:
-        """At an end, or at a crest of |kappa|, where kappa' = 0, refined by Newton's method from samples."""
-        return self._greatest_curvature
-
-    @cached_property
-    def _greatest_curvature(self) -> tuple[float, float]:
-        return self._sampled_crest()
-
-    def _sampled_crest(self) -> tuple[float, float]:
-        s = np.linspace(0.0, self.length, samples_of(self._omega))
-        kappa = np.abs(self.bishop(s, 0)[0, :, 0])
-        # A crest between two samples may be above a sample, or an end, that is the greatest of them.
-        wide = np.pad(kappa, 1)
-        crests = np.flatnonzero((kappa >= wide[:-2]) & (kappa >= wide[2:]) & (kappa > 0.97 * kappa.max()))
-        best = s[crests]
-        for _ in range(6):
-            slope, bend = self.bishop(best, 2)[1:, :, 0]
-            step = np.where(bend != 0.0, -slope / np.where(bend != 0.0, bend, 1.0), 0.0)
-            step[np.abs(step) > 2.0 * s[1]] = 0.0  # not the crest it began at
-            best = np.minimum(np.maximum(best + step, 0.0), self.length)
-            if np.abs(step).max(initial=0.0) <= 1e-9 * s[1]:
-                break
-        # Of crests alike but for rounding the first, whoever worked them out.
-        at = np.append(best, s[int(np.argmax(kappa >= (1.0 - ALIKE) * kappa.max()))])
-        refined = np.abs(self.bishop(at, 0)[0, :, 0])
-        i = int(np.argmin(np.where(refined >= (1.0 - ALIKE) * refined.max(), at, np.inf)))
-        return float(refined.max()), float(at[i])
-
 
 @dataclass(frozen=True)
 class Elastica(_Shape):
@@ -125,6 +99,10 @@ class Elastica(_Shape):
         at = self._course.at(np.array([-0.5]))
         return float(at.along[0]), float(at.across[0])
 
+    def greatest_curvature(self) -> tuple[float, float]:
+        """At an end, or at a crest of |kappa|, where the tangent lies along the compression."""
+        return self._greatest_curvature
+
     @cached_property
     def _greatest_curvature(self) -> tuple[float, float]:
         """In closed form, if the shape itself bears it out."""
@@ -136,6 +114,27 @@ class Elastica(_Shape):
             return self._sampled_crest()
         i = int(np.argmax(found >= (1.0 - ALIKE) * found.max()))
         return float(found.max()) / self.length, (float(places[i]) + 0.5) * self.length
+
+    def _sampled_crest(self) -> tuple[float, float]:
+        """By Newton's method from samples."""
+        s = np.linspace(0.0, self.length, samples_of(self._omega))
+        kappa = np.abs(self.bishop(s, 0)[0, :, 0])
+        # A crest between two samples may be above a sample, or an end, that is the greatest of them.
+        wide = np.pad(kappa, 1)
+        crests = np.flatnonzero((kappa >= wide[:-2]) & (kappa >= wide[2:]) & (kappa > 0.97 * kappa.max()))
+        best = s[crests]
+        for _ in range(6):
+            slope, bend = self.bishop(best, 2)[1:, :, 0]
+            step = np.where(bend != 0.0, -slope / np.where(bend != 0.0, bend, 1.0), 0.0)
+            step[np.abs(step) > 2.0 * s[1]] = 0.0  # not the crest it began at
+            best = np.minimum(np.maximum(best + step, 0.0), self.length)
+            if np.abs(step).max(initial=0.0) <= 1e-9 * s[1]:
+                break
+        # Of crests alike but for rounding the first, whoever worked them out.
+        at = np.append(best, s[int(np.argmax(kappa >= (1.0 - ALIKE) * kappa.max()))])
+        refined = np.abs(self.bishop(at, 0)[0, :, 0])
+        i = int(np.argmin(np.where(refined >= (1.0 - ALIKE) * refined.max(), at, np.inf)))
+        return float(refined.max()), float(at[i])
 
     def _points(self, s: Array) -> Points:
         at = self._course.at(s - 0.5)

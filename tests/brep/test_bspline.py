@@ -45,8 +45,8 @@ def test_polynomials_are_reproduced(spans: int, degree: int) -> None:
     ends = [np.array([[polynomial.deriv(order)(x)] for order in end_orders(degree)]) for x in (0.0, 1.0)]
     spline = interpolate(knots, degree, polynomial(knots)[:, None], *ends)
     x = np.linspace(0.0, 1.0, 301)
-    found = spline(x, 3)[:, :, 0]
-    for derivative in range(4):
+    found = spline(x, 5)[:, :, 0]
+    for derivative in range(6):
         want = polynomial.deriv(derivative)(x) if derivative else polynomial(x)
         assert np.abs(found[derivative] - want).max() < 1e-11 * 100.0**derivative * (1 + spans)
 
@@ -73,5 +73,5 @@ def test_values_at_knots_are_met(degree: int) -> None:
     values = np.sin(40.0 * knots)[:, None]
     signs = np.array([(-1.0) ** (order // 2) * 40.0**order for order in end_orders(degree)])
     spline = interpolate(knots, degree, values, signs[:, None], signs[:, None] * np.cos(40.0))
-    assert np.abs(spline(knots)[0] - values).max() < 1e-13
+    assert np.abs(spline(knots)[0] - values).max() < (1e-13 if degree == 9 else 1e-14)
     assert np.array_equal(spline.poles[[0, -1]], values[[0, -1]])
