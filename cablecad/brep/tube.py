@@ -31,14 +31,13 @@ from OCP.Geom import (
     Geom_Plane,
     Geom_Surface,
 )
-from OCP.Geom2d import Geom2d_BSplineCurve, Geom2d_Curve, Geom2d_Line
+from OCP.Geom2d import Geom2d_BSplineCurve, Geom2d_Circle, Geom2d_Curve, Geom2d_Line
 from OCP.GeomAbs import GeomAbs_CN
-from OCP.gp import gp_Ax2, gp_Ax3, gp_Dir, gp_Dir2d, gp_Pnt, gp_Pnt2d
+from OCP.gp import gp_Ax2, gp_Ax3, gp_Ax22d, gp_Dir, gp_Dir2d, gp_Pnt, gp_Pnt2d
 from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Edge, TopoDS_Face, TopoDS_Shell, TopoDS_Solid, TopoDS_Vertex, TopoDS_Wire
 
-from cablecad.brep.bspline import end_orders, interpolate
 from cablecad.brep.kernel import (
     Array2_double,
     array1_of_doubles,
@@ -71,8 +70,12 @@ _CIRCLE_SLIP = 1e-8
 """How far a cap's parameter curve may slip along the true circle [mm]: a tenth of Open Cascade's edge tolerance. The
 shape is not touched by it, for both curves lie on the same circle."""
 
-_CIRCLE_ERROR = 1.21
-"""Of a parameter curve of one span an arc, in the leading term of its error [rad]."""
+_CIRCLE_ERROR, _CIRCLE_BASE = 0.29, 3.0 + math.sqrt(8.0)
+"""The error of a parameter curve [rad] is below 0.29 / 5.83^degree for odd degrees (an even one adds nothing to an odd
+function): tan(psi / 2) has its poles at psi = +-180 degrees, three times as far from an arc's middle as its ends."""
+
+_CIRCLE_DEGREES = 5, 19
+"""Least and greatest degree of a parameter curve: beyond the greatest, rounding is all that is left of the error."""
 
 _EDGE_TOLERANCE = 1e-7
 """Open Cascade's own confusion distance [mm]; never less, more only where coordinates are so large that they round."""
@@ -127,8 +130,8 @@ def _direct(fit: FittedCentreline, radius: float) -> TopoDS_Solid:
     builder.MakeShell(shell)
     for piece, start, end in zip(fit.pieces, stations, stations[1:], strict=False):
         builder.Add(shell, _side(builder, piece, start, end, radius, tolerance))
-    builder.Add(shell, _cap(builder, stations[0], tolerance, at_end=False))
-    builder.Add(shell, _cap(builder, stations[-1], tolerance, at_end=True))
+    builder.Add(shell, _cap(builder, stations[0], radius, tolerance, at_end=False))
+    builder.Add(shell, _cap(builder, stations[-1], radius, tolerance, at_end=True))
     shell.Closed(True)
     solid = TopoDS_Solid()
     builder.MakeSolid(solid)
@@ -191,7 +194,7 @@ def _side(
         around = (
             _line2d(0.0, v, 1.0, 0.0)
             if isinstance(piece, Line)
-            else cast(Geom2d_Curve, _circle_parameter(_circle_spans(radius), v).Copy())
+            else cast(Geom2d_Curve, _circle_parameter(_circle_degree(radius), v).Copy())
         )
         builder.UpdateEdge(station.circle, around, face, tolerance)
     wire = TopoDS_Wire()
@@ -234,54 +237,53 @@ def _circle_weights(columns: int) -> Array2_double:
     return array2_of_doubles(np.repeat(_CIRCLE_WEIGHTS[:, None], columns, axis=1))
 
 
-def _cap(builder: BRep_Builder, station: _Station, tolerance: float, *, at_end: bool) -> TopoDS_Face:
-    """The plane at an end, its normal out of the solid, bounded by the true circle."""
+def _cap(builder: BRep_Builder, station: _Station, radius: float, tolerance: float, *, at_end: bool) -> TopoDS_Face:
+    """The plane at an end, bounded by the true circle; reversed at the start, where the tangent points inward."""
     position, tangent, normal = station.frame
-    outward = tangent if at_end else -tangent
     face = TopoDS_Face()
-    plane = Geom_Plane(gp_Ax3(_point(position), _direction(outward), _direction(normal)))
+    plane = Geom_Plane(gp_Ax3(_point(position), _direction(tangent), _direction(normal)))
     builder.MakeFace(face, plane, TopLoc_Location(), tolerance)
+    # Open Cascade would work it out whenever it is asked for.
+    builder.UpdateEdge(station.circle, Geom2d_Circle(gp_Ax22d(), radius), face, tolerance)
     wire = TopoDS_Wire()
     builder.MakeWire(wire)
-    builder.Add(wire, station.circle.Oriented(_FORWARD if at_end else _REVERSED))
+    builder.Add(wire, station.circle.Oriented(_FORWARD))
     wire.Closed(True)
     builder.Add(face, wire)
-    return face
+    return TopoDS.Face(face.Oriented(_FORWARD if at_end else _REVERSED))
 
 
 @lru_cache(maxsize=16)
-def _circle_parameter(spans: int, v: float) -> Geom2d_BSplineCurve:
+def _circle_parameter(degree: int, v: float) -> Geom2d_BSplineCurve:
     """A circle on a spline side at constant `v`: u as a function of the angle on the true circle [rad].
 
     On an arc of half-angle beta the rational quadratic with parameter t runs through the angle psi from its middle by
-    t = (1 + tan(psi / 2) / tan(beta / 2)) / 2. Between arcs u is only C1, so each arc is a spline of its own, of
-    `spans` spans. The error is below `_CIRCLE_ERROR` / spans^10 of the angle (tests/brep/test_tube.py).
+    t = (1 + tan(psi / 2) / tan(beta / 2)) / 2, which is a Bezier curve here, through Chebyshev's points. Between arcs u
+    is C1 but for its error.
     """
     beta = math.pi / 3.0
-    psi, slope = np.linspace(-beta, beta, spans + 1), math.tan(beta / 2.0)
-    t = (1.0 + np.tan(psi / 2.0) / slope) / 2.0
-    # Odd derivatives of the tangent, as polynomials in its square; the same at both ends.
-    odd = ((1.0, 1.0), (6.0, 8.0, 2.0), (120.0, 240.0, 136.0, 16.0), (5040.0, 13440.0, 12096.0, 3968.0, 272.0))
-    ends = [
-        np.array([np.polyval(factors, slope**2) / (2.0 * slope) / 2.0**order])
-        for order, factors in zip(end_orders(DEGREE), odd, strict=True)
-    ]
-    arc = interpolate(psi, DEGREE, t[:, None], np.array(ends), np.array(ends)).poles[:, 0]
+    share = (1.0 - np.cos(np.linspace(0.0, math.pi, degree + 1))) / 2.0
+    t = (1.0 + np.tan((share - 0.5) * beta) / math.tan(beta / 2.0)) / 2.0
+    powers = np.arange(degree + 1)
+    choose = [math.comb(degree, k) for k in range(degree + 1)]
+    arc = np.linalg.solve(choose * share[:, None] ** powers * (1.0 - share[:, None]) ** powers[::-1], t)
+    arc[[0, -1]] = 0.0, 1.0
     poles = np.concatenate([(arc[0 if i == 0 else 1 :] + i) / 3.0 for i in range(3)])
-    knots = np.concatenate([psi[0 if i == 0 else 1 :] + beta + 2.0 * beta * i for i in range(3)])
-    knots[-1] = 2.0 * math.pi
-    multiplicities = _clamped_multiplicities(len(knots), DEGREE)
-    multiplicities[[spans, 2 * spans]] = DEGREE  # C0 in form: the splines of two arcs meet in one pole
     points = np.stack([poles, np.full(len(poles), v)], axis=1)
     return Geom2d_BSplineCurve(
-        array1_of_points2d(points), array1_of_doubles(knots), array1_of_ints(multiplicities), DEGREE, False
+        array1_of_points2d(points),
+        array1_of_doubles(_CIRCLE_KNOTS * (2.0 * math.pi)),
+        array1_of_ints([degree + 1, degree, degree, degree + 1]),
+        degree,
+        False,
     )
 
 
-def _circle_spans(radius: float) -> int:
-    """Spans of an arc's parameter curve that let it slip by `_CIRCLE_SLIP` at most."""
-    spans: float = (_CIRCLE_ERROR * radius / _CIRCLE_SLIP) ** (1.0 / (DEGREE + 1))
-    return max(3, math.ceil(spans))
+def _circle_degree(radius: float) -> int:
+    """Degree of the parameter curve that lets it slip by `_CIRCLE_SLIP` at most."""
+    least, greatest = _CIRCLE_DEGREES
+    degree = math.ceil(math.log(_CIRCLE_ERROR * radius / _CIRCLE_SLIP, _CIRCLE_BASE))
+    return min(max(degree | 1, least), greatest)
 
 
 def _clamped_multiplicities(count: int, degree: int) -> NDArray[np.int_]:

@@ -182,8 +182,8 @@ def test_caps_stand_exactly_at_the_ends(name: str) -> None:
     for face, s, way in zip(caps, (0.0, curve.length), (-1.0, 1.0), strict=True):
         at = frame_at(curve, s)
         plane = BRepAdaptor_Surface(face).Plane()
-        outward = xyz(plane.Axis().Direction()) * (1.0 if plane.Direct() else -1.0)
-        assert face.Orientation() == TopAbs_Orientation.TopAbs_FORWARD
+        forward = face.Orientation() == TopAbs_Orientation.TopAbs_FORWARD
+        outward = xyz(plane.Axis().Direction()) * (1.0 if plane.Direct() == forward else -1.0)
         assert np.abs(outward - way * at.tangent).max() < 1e-14
         assert abs((xyz(plane.Location()) - at.position) @ at.tangent) < 1e-15 * reach
         (edge,) = subshapes(face, EDGE)
@@ -245,10 +245,10 @@ def test_cap_circles_run_along_their_faces(radius: float) -> None:
     assert circles == 6
 
 
-@pytest.mark.parametrize("spans", [3, 4, 5, 6, 7, 8])
-def test_error_of_the_circle_parameter(spans: int) -> None:
-    """Below 1.21 / spans^10 of a radian, and not by much: that is how many spans a radius needs."""
-    curve = tube._circle_parameter(spans, 0.25)
+@pytest.mark.parametrize("degree", [5, 7, 9, 11, 13, 15])
+def test_error_of_the_circle_parameter(degree: int) -> None:
+    """Below 0.29 / (3 + sqrt(8))^degree of a radian, and not by much: that is the degree a radius needs."""
+    curve = tube._circle_parameter(degree, 0.25)
     angle = np.linspace(0.0, 2.0 * math.pi, 20_001)[1:-1]
     points = [curve.Value(one) for one in angle.tolist()]
     assert {point.Y() for point in points} == {0.25}
@@ -261,7 +261,7 @@ def test_error_of_the_circle_parameter(spans: int) -> None:
     point = (basis * corners).sum(axis=1) / basis.sum(axis=1)
     assert np.abs(np.abs(point) - 1.0).max() < 1e-15 * 8
     error = np.abs(np.angle(point * np.exp(-1j * angle))).max()
-    assert 0.15 / spans**10 < error < 1.21 / spans**10
+    assert 0.25 < error * (3.0 + math.sqrt(8.0)) ** degree < 0.29
 
 
 # --- the other method -------------------------------------------------------------------------------------------------
