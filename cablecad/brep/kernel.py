@@ -36,8 +36,6 @@ try:
             Array1_gp_Pnt,
             Array1_gp_Pnt2d,
             Array1_int,
-            Array2_double,
-            Array2_gp_Pnt,
             HArray1_gp_Pnt,
             List_TopoDS_Shape,
             Sequence_TDF_Label,
@@ -46,11 +44,9 @@ try:
     else:
         from OCP.TColgp import TColgp_Array1OfPnt as Array1_gp_Pnt
         from OCP.TColgp import TColgp_Array1OfPnt2d as Array1_gp_Pnt2d
-        from OCP.TColgp import TColgp_Array2OfPnt as Array2_gp_Pnt
         from OCP.TColgp import TColgp_HArray1OfPnt as HArray1_gp_Pnt
         from OCP.TColStd import TColStd_Array1OfInteger as Array1_int
         from OCP.TColStd import TColStd_Array1OfReal as Array1_double
-        from OCP.TColStd import TColStd_Array2OfReal as Array2_double
         from OCP.TDF import TDF_LabelSequence as Sequence_TDF_Label
         from OCP.TopTools import TopTools_IndexedMapOfShape as IndexedMap_TopoDS_Shape
         from OCP.TopTools import TopTools_ListOfShape as List_TopoDS_Shape
@@ -78,8 +74,6 @@ __all__ = [
     "Array1_gp_Pnt",
     "Array1_gp_Pnt2d",
     "Array1_int",
-    "Array2_double",
-    "Array2_gp_Pnt",
     "HArray1_gp_Pnt",
     "IndexedMap_TopoDS_Shape",
     "List_TopoDS_Shape",
@@ -89,8 +83,6 @@ __all__ = [
     "array1_of_ints",
     "array1_of_points",
     "array1_of_points2d",
-    "array2_of_doubles",
-    "array2_of_points",
     "interface_settings",
     "items_of",
     "list_of_shapes",
@@ -148,27 +140,6 @@ def array1_of_points2d(points: ArrayLike) -> Array1_gp_Pnt2d:
     for i, (u, v) in enumerate(rows, 1):
         point.SetCoord(u, v)
         array.SetValue(i, point)
-    return array
-
-
-def array2_of_doubles(values: ArrayLike) -> Array2_double:
-    """Values of shape (rows, columns), such as weights, as an array that counts from 1 in both."""
-    rows = np.asarray(values, dtype=float).tolist()
-    array = Array2_double(1, len(rows), 1, len(rows[0]))
-    for i, row in enumerate(rows, 1):
-        for j, number in enumerate(row, 1):
-            array.SetValue(i, j, number)
-    return array
-
-
-def array2_of_points(points: ArrayLike) -> Array2_gp_Pnt:
-    """Poles of shape (rows, columns, 3) [mm] as an array that counts from 1 in both; u along the rows."""
-    rows = np.asarray(points, dtype=float).tolist()
-    array, point = Array2_gp_Pnt(1, len(rows), 1, len(rows[0])), gp_Pnt()
-    for i, row in enumerate(rows, 1):
-        for j, (x, y, z) in enumerate(row, 1):
-            point.SetCoord(x, y, z)
-            array.SetValue(i, j, point)
     return array
 
 

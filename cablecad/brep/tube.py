@@ -23,7 +23,6 @@ from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeWire
 from OCP.BRepOffsetAPI import BRepOffsetAPI_MakePipeShell
 from OCP.Geom import (
     Geom_BSplineCurve,
-    Geom_BSplineSurface,
     Geom_Circle,
     Geom_Curve,
     Geom_CylindricalSurface,
@@ -39,18 +38,16 @@ from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Edge, TopoDS_Face, TopoDS_Shell, TopoDS_Solid, TopoDS_Vertex, TopoDS_Wire
 
 from cablecad.brep.kernel import (
-    Array2_double,
     array1_of_doubles,
     array1_of_ints,
     array1_of_points,
     array1_of_points2d,
-    array2_of_doubles,
-    array2_of_points,
     occ_errors,
     silence,
 )
 from cablecad.brep.knots import DEGREE
 from cablecad.brep.spline import FittedCentreline, FittedPiece
+from cablecad.brep.surface import KnotVector, bspline_surface
 from cablecad.centreline import Array, Line
 from cablecad.errors import GeometryError, UsageError
 
@@ -62,9 +59,9 @@ _FORWARD, _REVERSED = TopAbs_Orientation.TopAbs_FORWARD, TopAbs_Orientation.TopA
 _CIRCLE_POLES = np.array([[1.0 if i % 2 == 0 else 2.0] for i in range(7)]) * np.array(
     [[math.cos(i * math.pi / 3.0), math.sin(i * math.pi / 3.0)] for i in range(7)]
 )
-_CIRCLE_WEIGHTS = np.array([1.0, 0.5, 1.0, 0.5, 1.0, 0.5, 1.0])
-_CIRCLE_KNOTS = np.array([0.0, 1.0, 2.0, 3.0]) / 3.0
-_CIRCLE_MULTIPLICITIES = np.array([3, 2, 2, 3])
+_CIRCLE_WEIGHTS = np.array([1.0, 0.5, 1.0, 0.5, 1.0, 0.5, 1.0])[:, None]
+_THIRDS = np.array([0.0, 1.0, 2.0, 3.0]) / 3.0
+_CIRCLE_KNOTS = KnotVector(2, _THIRDS, [3, 2, 2, 3])
 
 _CIRCLE_SLIP = 1e-8
 """How far a cap's parameter curve may slip along the true circle [mm]: a tenth of Open Cascade's edge tolerance. The
@@ -209,32 +206,14 @@ def _side(
     return face
 
 
-def _spline_side(piece: FittedPiece, radius: float) -> tuple[Geom_BSplineSurface, Geom_Curve]:
+def _spline_side(piece: FittedPiece, radius: float) -> tuple[Geom_Surface, Geom_Curve]:
     """The surface spline times circle, and its seam at u = 0."""
     position, normal, binormal = piece.poles[:, 0:3], piece.poles[:, 3:6], piece.poles[:, 6:9]
     a, b = radius * _CIRCLE_POLES[:, 0, None, None], radius * _CIRCLE_POLES[:, 1, None, None]
     poles = position + a * normal + b * binormal  # (7, spans + 9, 3)
-    knots = array1_of_doubles(piece.knots)
-    multiplicities = _clamped_multiplicities(len(piece.knots), DEGREE)
-    surface = Geom_BSplineSurface(
-        array2_of_points(poles),
-        _circle_weights(len(position)),
-        array1_of_doubles(_CIRCLE_KNOTS),
-        knots,
-        array1_of_ints(_CIRCLE_MULTIPLICITIES),
-        array1_of_ints(multiplicities),
-        2,
-        DEGREE,
-        False,
-        False,
-    )
+    along = KnotVector(DEGREE, piece.knots, _clamped_multiplicities(len(piece.knots), DEGREE))
+    surface = bspline_surface(poles, _CIRCLE_WEIGHTS, _CIRCLE_KNOTS, along)
     return surface, surface.UIso(0.0)
-
-
-@lru_cache(maxsize=64)
-def _circle_weights(columns: int) -> Array2_double:
-    """Weights of a side's poles."""
-    return array2_of_doubles(np.repeat(_CIRCLE_WEIGHTS[:, None], columns, axis=1))
 
 
 def _cap(builder: BRep_Builder, station: _Station, radius: float, tolerance: float, *, at_end: bool) -> TopoDS_Face:
@@ -272,7 +251,7 @@ def _circle_parameter(degree: int, v: float) -> Geom2d_BSplineCurve:
     points = np.stack([poles, np.full(len(poles), v)], axis=1)
     return Geom2d_BSplineCurve(
         array1_of_points2d(points),
-        array1_of_doubles(_CIRCLE_KNOTS * (2.0 * math.pi)),
+        array1_of_doubles(_THIRDS * (2.0 * math.pi)),
         array1_of_ints([degree + 1, degree, degree, degree + 1]),
         degree,
         False,

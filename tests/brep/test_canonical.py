@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cablecad.brep.canonical import REAL_FORMAT, canonical
-from cablecad.brep.kernel import TopoDS, array1_of_doubles, array1_of_ints, array2_of_points, silence, subshapes
+from cablecad.brep.kernel import TopoDS, silence, subshapes
 from cablecad.brep.part21 import flaw, quoted, requoted, shielded
 from cablecad.errors import GeometryError
 
@@ -285,15 +285,15 @@ def reals_of(*values):
 
 def test_not_a_number_is_refused():
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
-    from OCP.Geom import Geom_BSplineSurface
 
     from cablecad.brep.document import CableSolid
     from cablecad.brep.step import step_text
+    from cablecad.brep.surface import KnotVector, bspline_surface
 
     poles = [[[float(i), float(j), 0.0] for j in range(4)] for i in range(4)]
     poles[1][2][2] = float("nan")
-    ends, multiplicities = array1_of_doubles([0.0, 1.0]), array1_of_ints([4, 4])
-    surface = Geom_BSplineSurface(array2_of_points(poles), ends, ends, multiplicities, multiplicities, 3, 3)
+    knots = KnotVector(3, [0.0, 1.0], [4, 4])
+    surface = bspline_surface(np.array(poles), 1.0, knots, knots)
     face = TopoDS.Face(BRepBuilderAPI_MakeFace(surface, 1e-6).Shape())
     with pytest.raises(GeometryError, match="coordinates that are not finite numbers"):
         step_text("scene", [], [CableSolid("W1", face)])

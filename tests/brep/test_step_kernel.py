@@ -20,17 +20,10 @@ def test_arrays_hold_what_was_given():
     assert [array.Value(i) for i in range(array.Lower(), array.Upper() + 1)] == numbers.tolist()
     integers = kernel.array1_of_ints(np.array([4, 1, 4]))
     assert [integers.Value(i) for i in (1, 2, 3)] == [4, 1, 4]
-    poles = kernel.array2_of_points(points)
-    assert (poles.NbRows(), poles.NbColumns(), poles.LowerRow(), poles.LowerCol()) == (2, 4, 1, 1)
-    for i, j in np.ndindex(2, 4):
-        pole = poles.Value(i + 1, j + 1)
-        assert [pole.X(), pole.Y(), pole.Z()] == points[i, j].tolist()
     row = kernel.array1_of_points(points[1])
     assert [row.Value(j + 1).Y() for j in range(4)] == points[1, :, 1].tolist()
     flat = kernel.array1_of_points2d(points[0, :, :2])
     assert [(flat.Value(j + 1).X(), flat.Value(j + 1).Y()) for j in range(4)] == [*map(tuple, points[0, :, :2])]
-    weights = kernel.array2_of_doubles(points[..., 0])
-    assert [[weights.Value(i + 1, j + 1) for j in range(4)] for i in range(2)] == points[..., 0].tolist()
 
 
 def test_items_of_a_sequence():

@@ -15,15 +15,13 @@ from scipy.spatial.transform import Rotation as Turn
 from cablecad.brep.document import Document
 from cablecad.brep.kernel import (
     TopoDS,
-    array1_of_doubles,
-    array1_of_ints,
-    array2_of_points,
     interface_settings,
     silence,
     subshapes,
 )
 from cablecad.brep.part21 import flaw
 from cablecad.brep.step import CableSolid, read_parts, read_tree, step_text, write_step
+from cablecad.brep.surface import KnotVector, bspline_surface
 from cablecad.errors import ExchangeError, GeometryError, UsageError
 from cablecad.model import Part, Rotation
 
@@ -227,22 +225,14 @@ def test_one_solid_given_to_several_cables(tmp_path):
 def test_splines_come_back_to_the_last_bit(tmp_path):
     from OCP.BRep import BRep_Tool
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
-    from OCP.Geom import Geom_BSplineSurface
     from OCP.TopAbs import TopAbs_ShapeEnum
 
     chance = np.random.default_rng(5)
     x, y = np.meshgrid(np.arange(6.0), np.arange(5.0), indexing="ij")
     poles = np.stack([x, y, np.zeros_like(x)], axis=-1) * 1e3 + chance.normal(size=(6, 5, 3)) * 10.0 ** -np.arange(3)
     u_knots, v_knots = [0.0, 1.0 / 3.0, 0.7, 1.0], [0.0, math.pi, 10.0]
-    surface = Geom_BSplineSurface(
-        array2_of_points(poles),
-        array1_of_doubles(u_knots),
-        array1_of_doubles(v_knots),
-        array1_of_ints([4, 1, 1, 4]),
-        array1_of_ints([4, 1, 4]),
-        3,
-        3,
-    )
+    u, v = KnotVector(3, u_knots, [4, 1, 1, 4]), KnotVector(3, v_knots, [4, 1, 4])
+    surface = bspline_surface(poles, 1.0, u, v)
     back = there_and_back(tmp_path, [], [CableSolid("W1", BRepBuilderAPI_MakeFace(surface, 1e-9).Shape())])["W1"]
     (face,) = subshapes(back.shape, TopAbs_ShapeEnum.TopAbs_FACE)
     read = BRep_Tool.Surface_s(TopoDS.Face(face))
