@@ -37,6 +37,7 @@ class Functions(NamedTuple):
     sqrt: Callable[..., Any]
     sin: Callable[..., Any]
     cos: Callable[..., Any]
+    tan: Callable[..., Any]
     tanh: Callable[..., Any]
     exp: Callable[..., Any]
     atan2: Callable[..., Any]
@@ -47,8 +48,8 @@ def _rint(x: float) -> float:
     return x - math.remainder(x, 1.0)  # not round(): a NaN stays a NaN
 
 
-_SCALAR = Functions(math.sqrt, math.sin, math.cos, math.tanh, math.exp, math.atan2, _rint)
-_ARRAY = Functions(np.sqrt, np.sin, np.cos, np.tanh, np.exp, np.arctan2, np.rint)
+_SCALAR = Functions(math.sqrt, math.sin, math.cos, math.tan, math.tanh, math.exp, math.atan2, _rint)
+_ARRAY = Functions(np.sqrt, np.sin, np.cos, np.tan, np.tanh, np.exp, np.arctan2, np.rint)
 
 # One step of the transformation: the means a and g above it, the mean a below it, and the half difference c over m.
 Step: TypeAlias = tuple[Any, Any, Any, Any]
@@ -153,49 +154,44 @@ class Jacobian:
         """Mean of dn^2: E/K."""
         return cel2(self.m1, 1.0, self.m1) * (2.0 / math.pi) * self.rate
 
+    def _bottom(self, x: Any) -> tuple[Any, Any]:
+        """s and q where the functions are trigonometric: sin and cos by the tangent of the half, at a quarter of the cost.
+
+        Both are too large by 1 + t^2, which no ratio of the steps sees.
+        """
+        t = functions_of(x).tan(0.5 * x)
+        return t + t, self.rate - self.rate * (t * t)
+
     def climb(self, u: Any) -> Climb:
         """The functions of u, of any size and sign, of the broadcast shape."""
         x = self.rate * u
-        f = functions_of(x)
-        s = f.sin(x)
-        q = self.rate * f.cos(x)
+        s, q = self._bottom(x)
         s2 = s * s
-        # At the bottom dn is 1.
-        aa, ga, weight = self._steps[0]
-        above = q * q
-        below = s2 * aa
-        below += above
-        above += s2 * ga
-        swing = q / below
-        swing *= weight
-        above /= below
-        dn = above
-        for aa, ga, weight in self._steps[1:]:
+        # Each step takes q from below, and q dn, which at the bottom are one; what it leaves is q dn of the next.
+        q_dn, swing, last = q, 0.0, len(self._steps) - 1
+        for i, (aa, ga, weight) in enumerate(self._steps):
             above = q * q
             below = s2 * aa
             below += above
             above += s2 * ga
-            q *= dn
-            term = q / below
-            term *= weight
-            swing += term
-            above /= below
-            dn = above
+            q, share = q_dn, q_dn / below
+            if i < last:
+                q_dn = share * above
+            share *= weight
+            swing += share
+        above /= below
         swing *= s
-        return Climb(s, q, dn, swing, x)
+        return Climb(s, q, above, swing, x)
 
     def elementary(self, u: Any) -> tuple[Any, Any, Any]:
         """sn, cn and dn of u, without the integral."""
-        x = self.rate * u
-        f = functions_of(x)
-        s = f.sin(x)
-        q = self.rate * f.cos(x)
+        s, q = self._bottom(self.rate * u)
         s2, dn = s * s, 1.0
         for aa, ga, _ in self._steps:
             squared = q * q
             q = q * dn
             dn = (squared + s2 * ga) / (squared + s2 * aa)
-        norm = f.sqrt(s2 + q * q)
+        norm = functions_of(s).sqrt(s2 + q * q)
         return s / norm, q / norm, dn
 
     def __call__(self, u: Any) -> tuple[Any, Any, Any, Any]:
