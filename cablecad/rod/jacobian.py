@@ -155,7 +155,7 @@ class Jacobian:
         return cel2(self.m1, 1.0, self.m1) * (2.0 / math.pi) * self.rate
 
     def _bottom(self, x: Any) -> tuple[Any, Any]:
-        """s and q where the functions are trigonometric: sin and cos by the tangent of the half, at a quarter of the cost.
+        """s and q where the functions are trigonometric: sin and cos by the tangent of the half, a quarter of the cost.
 
         Both are too large by 1 + t^2, which no ratio of the steps sees.
         """
