@@ -63,16 +63,20 @@ class Course:
         kappa = 2.0 * (h0 * C - (o2 * p0 * c0) * S * D) / below
         return Points(along, across, c * c - p * p, 2.0 * p * c, kappa)
 
-    def crest(self) -> tuple[float, float]:
-        """The first point from the start on where the tangent lies along the compression, |curvature| being greatest.
+    @property
+    def crest_kappa(self) -> float:
+        """|curvature| where the tangent lies along the compression."""
+        return 2.0 * math.hypot(self._own.h, self._own.omega * self._own.p)
 
-        Returns:
-            Its arclength from mid-span, beyond 1/2 where there is none; and the curvature there.
+    def crest(self) -> float:
+        """Arclength from mid-span of the first point from the start on where |curvature| is greatest.
+
+        There the tangent lies along the compression. Beyond 1/2 where there is none between the ends.
         """
         own = self._own
-        greatest = math.hypot(own.h, own.omega * own.p)
+        greatest = self.crest_kappa / 2.0
         if greatest == 0.0:
-            return math.inf, 0.0
+            return math.inf
         if own.swings:
             phase = own.omega * own.p / greatest, own.h / greatest
         else:
@@ -80,7 +84,8 @@ class Course:
         u0 = argument(*phase, own.m, own.jacobian.m1)
         period = math.pi / own.jacobian.rate
         first = math.ceil((u0 - own.rate / 2.0) / period - 1e-12)
-        return (first * period - u0) / own.rate, 2.0 * greatest
+        s: float = (first * period - u0) / own.rate
+        return s
 
     def tangent(self, s: Array) -> tuple[Array, Array, Array]:
         """cos and sin of the tangent's angle in the frame of `state.direction`, and the curvature, at `s`."""

@@ -61,6 +61,10 @@ class _Shape(ABC):
     def _frames(self, at: Points) -> Frames:
         return self.placement.frames(self.length * at.along, self.length * at.across, at.cosine, at.sine)
 
+    def ends(self) -> Frames:
+        """Positions and frames at both ends, shape (2, 3) each."""
+        return self.frames(np.array([0.0, self.length]))
+
     def bishop(self, s: Array, order: int) -> Array:
         """Derivatives 0..order of the curvature, in the first of the two components."""
         values = np.zeros((order + 1, len(s), 2))
@@ -95,9 +99,19 @@ class Elastica(_Shape):
         return Course(self.state)
 
     @cached_property
-    def _start(self) -> tuple[float, float]:
-        at = self._course.at(np.array([-0.5]))
-        return float(at.along[0]), float(at.across[0])
+    def _marks(self) -> tuple[Array, Points]:
+        """The start, the first crest of |kappa| between the ends if there is one, and the end, in one go.
+
+        Returns:
+            Their arclengths from mid-span over the length, and the points there from mid-span.
+        """
+        s = self._course.crest()
+        places = np.array([-0.5, min(s, 0.5), 0.5] if s <= 0.5 * (1.0 + ALIKE) else [-0.5, 0.5])
+        return places, self._course.at(places)
+
+    def ends(self) -> Frames:
+        """Positions and frames at both ends, shape (2, 3) each."""
+        return self._frames(self._from_start(Points(*(each[[0, -1]] for each in self._marks[1]))))
 
     def greatest_curvature(self) -> tuple[float, float]:
         """At an end, or at a crest of |kappa|, where the tangent lies along the compression."""
@@ -106,11 +120,9 @@ class Elastica(_Shape):
     @cached_property
     def _greatest_curvature(self) -> tuple[float, float]:
         """In closed form, if the shape itself bears it out."""
-        s, kappa = self._course.crest()
-        inside = s <= 0.5 * (1.0 + ALIKE)
-        places = np.array([-0.5, min(s, 0.5), 0.5] if inside else [-0.5, 0.5])
-        found = np.abs(self._course.at(places).kappa)
-        if inside and abs(found[1] - kappa) > ALIKE * kappa:
+        places, at = self._marks
+        found = np.abs(at.kappa)
+        if len(found) == 3 and abs(found[1] - self._course.crest_kappa) > ALIKE * self._course.crest_kappa:
             return self._sampled_crest()
         i = int(np.argmax(found >= (1.0 - ALIKE) * found.max()))
         return float(found.max()) / self.length, (float(places[i]) + 0.5) * self.length
@@ -137,9 +149,11 @@ class Elastica(_Shape):
         return float(refined.max()), float(at[i])
 
     def _points(self, s: Array) -> Points:
-        at = self._course.at(s - 0.5)
-        along, across = self._start
-        return at._replace(along=at.along - along, across=at.across - across)
+        return self._from_start(self._course.at(s - 0.5))
+
+    def _from_start(self, at: Points) -> Points:
+        start = self._marks[1]
+        return at._replace(along=at.along - start.along[0], across=at.across - start.across[0])
 
 
 @dataclass(frozen=True)

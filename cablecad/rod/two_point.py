@@ -192,11 +192,11 @@ def _draw(span: Span, row: Equilibria) -> Shape:
     if row.taut[0]:
         turned = float(row.direction[0]) + math.pi
         taut = Taut(np.zeros(1, dtype=int), row.direction, row.omega, row.a, row.b)
-        free: Piece = TautCable(_placement(span, turned), span.length, taut)
+        free: TautCable | Elastica = TautCable(_placement(span, turned), span.length, taut)
     else:
         state = State(*(getattr(row, name).item() for name in State._fields))
         free = Elastica(_placement(span, state.compression), span.length, state)
-    ends = free.frames(np.array([0.0, span.length]))
+    ends = free.ends()
     pieces: list[Piece] = [free]
     tangents, normals = ends.tangent, ends.normal
     begin, finish = span.start, ends.position[1]

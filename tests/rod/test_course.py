@@ -59,7 +59,7 @@ def test_the_crest_is_where_the_curvature_is_greatest(seed):
     rng = np.random.default_rng(seed)
     state = State(*rng.uniform(-3.0, 3.0, 2), 0.0, float(rng.choice([0.0, 0.3, 3.0, 9.0])), bool(seed % 2))
     curve = Course(state)
-    s, kappa = curve.crest()
+    s, kappa = curve.crest(), curve.crest_kappa
     at = np.linspace(-0.5, 0.5, 4001)
     sampled = np.abs(curve.at(at).kappa)
     if s > 0.5:
