@@ -16,6 +16,7 @@ Nothing here needs Open Cascade.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -31,8 +32,6 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(_POINTS)
 _AT_NODES = powers_of((1.0 + _NODES) / 2.0, DEGREE, 1)
 
 _ANGLES = np.linspace(0.0, 2.0 * math.pi, 8, endpoint=False)
-_COSINES, _SINES = np.cos(_ANGLES), np.sin(_ANGLES)
-_WAVES = np.stack([np.ones(8), _COSINES, _SINES, _COSINES**2, _COSINES * _SINES, _SINES**2])
 
 _BLOCK = 1024
 """Spans worked on at once: 10 MB."""
@@ -56,24 +55,26 @@ def _spans(piece: FittedPiece, spans: slice, radius: float) -> tuple[float, floa
     """Volume and area of the side over some spans."""
     weights = (np.diff(piece.knots)[spans, None] / 2.0 * _WEIGHTS).ravel()
     values, slopes = piece.spline.sampled(_AT_NODES, spans)
-    vectors = np.concatenate([values[:, 3:], slopes], axis=1).reshape(-1, 5, 3)  # N, B, P', N', B'
-    section = np.linalg.det(vectors[:, :3])
-    size = _side(vectors @ vectors.transpose(0, 2, 1), radius)
-    volume = math.pi * radius**2 * float(weights @ section)
-    return volume, 2.0 * math.pi * radius * float(np.mean(weights @ size))
+    vectors = np.concatenate([values[:, 3:], slopes], axis=1).T.reshape(5, 3, -1)  # N, B, P', N', B'
+    (n1, n2, n3), (b1, b2, b3), (t1, t2, t3) = vectors[:3]
+    section = (n2 * b3 - n3 * b2) * t1 + (n3 * b1 - n1 * b3) * t2 + (n1 * b2 - n2 * b1) * t3
+    products = np.einsum("icn,jcn->ijn", vectors, vectors).reshape(25, -1)
+    around, along, both = (_side_forms(radius) @ products).reshape(3, len(_ANGLES), -1)
+    size = np.sqrt(around * along - both**2).mean(axis=0)
+    return math.pi * radius**2 * float(weights @ section), 2.0 * math.pi * radius * float(weights @ size)
 
 
-def _side(products: Array, radius: float) -> Array:
-    """|dS/dphi x dS/dv| over the radius, from the scalar products of N, B, P', N', B': shape (n, angles).
+@lru_cache(maxsize=16)
+def _side_forms(radius: float) -> Array:
+    """What the scalar products of N, B, P', N', B' count in those of dS/dphi over the radius and dS/dv.
 
     By dS/dphi = r (cos B - sin N) and dS/dv = P' + r (cos N' + sin B').
+
+    Returns:
+        Shape (3 angles, 25): of the one with itself, of the other with itself, of the two.
     """
-    (nn, nb, na, nn1, nb1), (_, bb, ba, bn1, bb1), (_, _, aa, an1, ab1), (*_, n1n1, n1b1), (*_, b1b1) = np.moveaxis(
-        products, 0, 2
-    )
-    zero, r = np.zeros_like(nn), radius
-    around = np.stack([zero, zero, zero, bb, -2.0 * nb, nn], axis=1) @ _WAVES
-    along = np.stack([aa, 2 * r * an1, 2 * r * ab1, r * r * n1n1, 2 * r * r * n1b1, r * r * b1b1], axis=1) @ _WAVES
-    both = np.stack([zero, ba, -na, r * bn1, r * (bb1 - nn1), -r * nb1], axis=1) @ _WAVES
-    size: Array = np.sqrt(around * along - both**2)
-    return size
+    cosine, sine, zero = np.cos(_ANGLES), np.sin(_ANGLES), np.zeros(len(_ANGLES))
+    around = np.stack([-sine, cosine, zero, zero, zero])
+    along = np.stack([zero, zero, zero + 1.0, radius * cosine, radius * sine])
+    pairs = ((around, around), (along, along), (around, along))
+    return np.concatenate([np.einsum("ia,ja->aij", one, other).reshape(-1, 25) for one, other in pairs])
