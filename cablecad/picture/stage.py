@@ -187,7 +187,6 @@ class Stage:
 
     def _find_outline(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Where outlines are in the large picture, and where anything is."""
-        from vtkmodules.util.numpy_support import vtk_to_numpy
         from vtkmodules.vtkCommonCore import vtkFloatArray
 
         for line in self._lines:
@@ -197,7 +196,7 @@ class Stage:
         width, height = self._window.GetSize()
         buffer = vtkFloatArray()
         self._window.GetZbufferData(0, 0, width - 1, height - 1, buffer)
-        depth = vtk_to_numpy(buffer).reshape(height, width)[::-1]
+        depth = np.frombuffer(buffer, np.float32).reshape(height, width)[::-1]
         nothing = depth >= 1.0
         pixel = self.camera.mm_per_pixel / self._factor
         z = (depth * np.float32(2.0 * self.camera.depth / pixel)).astype(np.float32)
@@ -214,15 +213,13 @@ class Stage:
         return _thickened(found, round(_OUTLINE_WIDTH * self._factor / 2.0)) & ~nothing, ~nothing
 
     def _colors(self) -> NDArray[np.uint8]:
-        from vtkmodules.util.numpy_support import vtk_to_numpy
         from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
         self._window.Render()
         width, height = self._window.GetSize()
         buffer = vtkUnsignedCharArray()
         self._window.GetPixelData(0, 0, width - 1, height - 1, 0, buffer, 0)
-        colors: NDArray[np.uint8] = vtk_to_numpy(buffer).reshape(height, width, 3)[::-1]
-        return colors
+        return np.frombuffer(buffer, np.uint8).reshape(height, width, 3)[::-1]
 
     def _aim(self) -> None:
         camera, eye = self._renderer.GetActiveCamera(), self.camera

@@ -255,7 +255,7 @@ def test_text_of_any_language():
         ("format = 1\nformat = 1\n", "toml", "TOML at line 2, column 11: Cannot overwrite a value"),
         ("format = 1\nname = [1,", "toml", "is not valid TOML at line 2, column 11: "),
         (f"format = {'9' * 5000}", "toml", "is not valid TOML: Exceeds the limit (4300 digits)"),
-        ('{"format": 1,}', "json", "is not valid JSON at line 1, column 14: "),
+        ('{"format": 1,}', "json", "is not valid JSON at line 1, column 1"),
         ('{"format": 1,\n "name": loom}', "json", "is not valid JSON at line 2, column 10: Expecting value"),
         ('{"format": 1} 2', "json", "is not valid JSON at line 1, column 15: Extra data"),
         ('{"format": 1', None, "; read as JSON, as it begins with a brace: the suffix .toml or .json would tell"),
