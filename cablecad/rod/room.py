@@ -122,15 +122,14 @@ class _Rods:
         return _RodBends(bounds, self.lengths)
 
     def states(self, curve: Indices, s: Array) -> tuple[Array, Array, Array]:
-        """Positions, tangents and curvature vectors in the frame of the compression, shape (n, 2) each."""
+        """Positions, tangents and curvature vectors in the frame of the compression, shape (2, n) each."""
         s = s - self._before[curve]
         inside = _between(s, 0.0, 1.0)
         beyond = s - inside
         at = self._courses.take(curve).at(inside - 0.5)
         kappa = np.where(beyond == 0.0, at.kappa, 0.0)
-        position = np.stack([at.along + beyond * at.cosine, at.across + beyond * at.sine], axis=1)
-        turning = np.stack([-kappa * at.sine, kappa * at.cosine], axis=1)
-        return position, np.stack([at.cosine, at.sine], axis=1), turning
+        position = np.array([at.along + beyond * at.cosine, at.across + beyond * at.sine])
+        return position, np.array([at.cosine, at.sine]), np.array([-kappa * at.sine, kappa * at.cosine])
 
 
 def _between(values: Array, least: float, most: float) -> Array:
