@@ -21,8 +21,9 @@ from cablecad.rod.equilibria import Equilibria
 from cablecad.rod.judge import judge
 from cablecad.rod.polish import Middle
 from cablecad.rod.solution import Equilibrium
-from cablecad.rod.stability import Stability
+from cablecad.rod.stability import NEUTRAL, Stability
 from cablecad.rod.trace import Trace, gathered
+from cablecad.rod.twins import first_twins
 from cablecad.self_gap import (
     Indices,
     greatest_between,
@@ -46,11 +47,16 @@ def measure_gaps(equilibria: Iterable[Equilibrium]) -> None:
     plain = [(one, trace) for one in equilibria if (trace := _plain_trace(one)) is not None]
     if len(plain) < _FEWEST:
         return
-    rows = gathered([trace for _, trace in plain])
-    order = np.argsort(np.maximum(rows.omega, rows.kappa_max), kind="stable")  # alike in their number of samples
-    for low in range(0, len(plain), _BLOCK):
+    traces = [trace for _, trace in plain]
+    rows = gathered(traces)
+    first = first_twins(traces, rows)
+    single = np.flatnonzero(first == np.arange(len(first)))
+    order = single[np.argsort(np.maximum(rows.omega, rows.kappa_max)[single], kind="stable")]  # alike in their samples
+    for low in range(0, len(order), _BLOCK):
         own = order[low : low + _BLOCK]
         _measure_gaps([plain[i] for i in own], rows.take(own))
+    for (one, _), twin in zip(plain, first.tolist(), strict=True):
+        one.__dict__["self_gap"] = plain[twin][0].self_gap
 
 
 def judge_together(equilibria: Iterable[Equilibrium]) -> None:
@@ -62,14 +68,27 @@ def judge_together(equilibria: Iterable[Equilibrium]) -> None:
     ]
     if len(asked) < _FEWEST:
         return
-    rows = gathered([trace for _, trace in asked])
-    judge(rows)
+    traces = [trace for _, trace in asked]
+    rows = gathered(traces)
+    first = first_twins(traces, rows)
+    _judge_first(rows, first)
     margins, free = rows.margins.tolist(), rows.free_turns.tolist()
     spins = np.where(np.isnan(rows.torsion_ratio), "free", "clamped").tolist()
     for i, (one, trace) in enumerate(asked):
         for name in ("margins", "verdict", "free_turns"):
             getattr(trace.row, name)[:] = getattr(rows, name)[i : i + 1]
         one.__dict__["stability"] = Stability(margins[i][0], margins[i][1], free[i], spins[i])
+
+
+def _judge_first(rows: Equilibria, first: Indices) -> None:
+    """Judge each first of twins, and take for the others what is not known of them."""
+    single = np.flatnonzero(first == np.arange(len(first)))
+    some = rows.take(single)
+    judge(some)
+    place = np.searchsorted(single, first)
+    rows.free_turns[:] = np.where(np.isnan(rows.margins[:, 1]), some.free_turns[place], rows.free_turns)
+    rows.margins[:] = np.where(np.isnan(rows.margins), some.margins[place], rows.margins)
+    rows.verdict[:] = np.where(rows.margins > NEUTRAL, 1, -1)
 
 
 def _plain_trace(one: Equilibrium) -> Trace | None:
