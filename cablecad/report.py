@@ -38,6 +38,9 @@ _RESULTS: tuple[tuple[type[CablecadError], str], ...] = (
 )
 """The result each error stands for; the first that fits."""
 
+_PLAIN = frozenset({float, str, int, bool, type(None)})
+"""Kinds of values that are plain Python data as they are."""
+
 _VECTOR = re.compile(r"\[\n\s+([-+.\deE]+(?:,\n\s+[-+.\deE]+)*)\n\s+\]")
 """A list of numbers as `json` indents it; a line break inside a string is escaped, so nothing else looks like it."""
 
@@ -153,8 +156,8 @@ def _reader(source: object | None) -> Any:
     """A function that reads an attribute, as plain Python data, or gives None where there is nothing to read."""
 
     def read(name: str) -> Any:
-        value = None if source is None else getattr(source, name)
-        return value if value is None or not hasattr(value, "item") else value.item()
+        value: Any = None if source is None else getattr(source, name)
+        return value if value.__class__ in _PLAIN or not hasattr(value, "item") else value.item()
 
     return read
 
