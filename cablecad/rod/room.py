@@ -22,7 +22,7 @@ from cablecad.rod.judge import judge
 from cablecad.rod.polish import Middle
 from cablecad.rod.solution import Equilibrium
 from cablecad.rod.stability import NEUTRAL, Stability
-from cablecad.rod.trace import Trace, gathered
+from cablecad.rod.trace import Trace, gathered, give_back
 from cablecad.rod.twins import first_twins
 from cablecad.self_gap import (
     Indices,
@@ -74,9 +74,8 @@ def judge_together(equilibria: Iterable[Equilibrium]) -> None:
     _judge_first(rows, first)
     margins, free = rows.margins.tolist(), rows.free_turns.tolist()
     spins = np.where(np.isnan(rows.torsion_ratio), "free", "clamped").tolist()
-    for i, (one, trace) in enumerate(asked):
-        for name in ("margins", "verdict", "free_turns"):
-            getattr(trace.row, name)[:] = getattr(rows, name)[i : i + 1]
+    give_back(traces, rows, "margins", "verdict", "free_turns")
+    for i, (one, _) in enumerate(asked):
         one.__dict__["stability"] = Stability(margins[i][0], margins[i][1], free[i], spins[i])
 
 
