@@ -166,13 +166,14 @@ def _end(state: EndState | None, EI: float | None) -> dict[str, Any]:
     if state is None:
         keys = ("position", "direction", "force", "moment", "force_per_EI", "moment_per_EI")
         return dict.fromkeys(keys)
+    force, moment = state.force_per_EI.tolist(), state.moment_per_EI.tolist()
     return {
         "position": state.position.tolist(),
         "direction": state.direction.tolist(),
-        "force": None if EI is None else (EI * state.force_per_EI).tolist(),
-        "moment": None if EI is None else (EI * state.moment_per_EI).tolist(),
-        "force_per_EI": state.force_per_EI.tolist(),
-        "moment_per_EI": state.moment_per_EI.tolist(),
+        "force": None if EI is None else [EI * part for part in force],
+        "moment": None if EI is None else [EI * part for part in moment],
+        "force_per_EI": force,
+        "moment_per_EI": moment,
     }
 
 

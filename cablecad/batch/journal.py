@@ -123,8 +123,9 @@ class RowKeys:
 
     def row(self, row_id: str) -> int | None:
         """The row of an id, counted from 0."""
-        at = int(np.searchsorted(self._sorted, np.uint64(_hash(row_id))))
-        return int(self._rows[at]) if at < len(self._sorted) and int(self._sorted[at]) == _hash(row_id) else None
+        key = _hash(row_id)
+        at = self._sorted.searchsorted(np.uint64(key))
+        return int(self._rows[at]) if at < len(self._sorted) and int(self._sorted[at]) == key else None
 
     def is_row(self, row: int, row_id: str) -> bool:
         """Whether a row still has the id it had."""

@@ -37,9 +37,9 @@ _FEWEST = 3
 _BLOCK = 512
 """Equilibria searched at once: 200 MB."""
 
-_LEAST_SAMPLES, _PER_OMEGA = 64, 12.0
-"""Samples of the curvature at least, and for each unit of omega times the length: a bound of it is a 24th of omega, or
-of the curvature, too high at most. Twice as many cost what they gain."""
+_LEAST_SAMPLES, _PER_OMEGA = 48, 6.0
+"""Samples of the curvature at least, and for each unit of omega times the length: a bound of it is a 12th of omega, or
+of the curvature, too high at most. Two thirds and twice as many took longer on the cables of tests/rod/test_room.py."""
 
 
 def measure_gaps(equilibria: Iterable[Equilibrium]) -> None:
