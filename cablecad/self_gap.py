@@ -57,7 +57,7 @@ _PER_RADIAN, _LEAST_SAMPLES = 8.0, 256
 _MOST_SAMPLES = 4_000_000
 """More samples of the curvature than this are not taken: 100 MB, and a curve that no tube's spline could follow."""
 
-_STARTS, _LAST_STARTS = 2, 24
+_STARTS, _LAST_STARTS = 1, 24
 """Cells from which Newton's method begins in one round, and in the last, to find the least of a family: those that may
 hold the least distances."""
 
