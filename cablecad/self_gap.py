@@ -27,7 +27,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -119,9 +119,9 @@ def self_gap(curve: Curve, radius: float) -> float | None:
     return float(self_gaps(_OneCurve(curve), np.array([radius]))[0])
 
 
-def is_measurable(length: float, kappa: float, radius: float) -> bool:
-    """Whether a curve of this length and greatest curvature has a self-gap; see `self_gap`."""
-    return length > math.pi * radius and kappa * radius < 1.0 and samples_of(length, kappa) <= _MOST_SAMPLES
+def is_measurable(length: Any, kappa: Any, radius: Any) -> Any:
+    """Whether a curve of this length and greatest curvature has a self-gap, see `self_gap`; or curves, in arrays."""
+    return (length > math.pi * radius) & (kappa * radius < 1.0) & (_PER_RADIAN * kappa * length <= _MOST_SAMPLES)
 
 
 def samples_of(length: float, kappa: float) -> int:

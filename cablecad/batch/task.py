@@ -28,6 +28,9 @@ Status = Literal["done", "failed", "crashed", "timed_out"]
 JSON = json.JSONEncoder(ensure_ascii=False, allow_nan=False)
 """Of the lines of the journal."""
 
+_REPORT = json.JSONEncoder(ensure_ascii=False, allow_nan=False, check_circular=False)
+"""Of what is known to be a tree."""
+
 BUG = 1
 
 _EPOCH = "SOURCE_DATE_EPOCH"
@@ -200,7 +203,7 @@ def _result(
     row: Row, errors: Sequence[CablecadError], exit_code: int, report: dict[str, Any], size: int | None = None
 ) -> RowResult:
     status: Status = "failed" if errors else "done"
-    return RowResult(row.id, status, "\n".join(map(_told, errors)), exit_code, JSON.encode(report), size)
+    return RowResult(row.id, status, "\n".join(map(_told, errors)), exit_code, _REPORT.encode(report), size)
 
 
 def _failed(row: Row, error: CablecadError) -> RowResult:

@@ -37,9 +37,9 @@ _FEWEST = 3
 _BLOCK = 512
 """Equilibria searched at once: 200 MB."""
 
-_LEAST_SAMPLES, _PER_OMEGA = 48, 6.0
-"""Samples of the curvature at least, and for each unit of omega times the length: a bound of it is a 12th of omega, or
-of the curvature, too high at most. Two thirds and twice as many took longer on the cables of tests/rod/test_room.py."""
+_LEAST_SAMPLES, _PER_OMEGA = 32, 4.0
+"""Samples of the curvature at least, and for each unit of omega times the length: a bound of it is an eighth of omega,
+or of the curvature, too high at most. Three times as many took a twentieth longer in all."""
 
 
 def measure_gaps(equilibria: Iterable[Equilibrium]) -> None:
@@ -102,7 +102,7 @@ def _measure_gaps(some: list[tuple[Equilibrium, Trace]], rows: Equilibria) -> No
     straights = np.array([[span.lead_out, span.lead_in] for span in spans]) / free[:, None]
     radii = np.array([one.diameter for one, _ in some]) / 2.0 / free
     lengths = 1.0 + straights.sum(axis=1)
-    good = np.array([is_measurable(*map(float, one)) for one in zip(lengths, rows.kappa_max, radii, strict=True)])
+    good = is_measurable(lengths, rows.kappa_max, radii)
     gaps = np.full(len(some), np.nan)
     if good.any():
         rods = _Rods(rows.take(np.flatnonzero(good)), straights[good])
