@@ -38,6 +38,9 @@ _RESULTS: tuple[tuple[type[CablecadError], str], ...] = (
 )
 """The result each error stands for; the first that fits."""
 
+_PLAIN = frozenset({float, str, int, bool, type(None)})
+"""Kinds of values that are plain Python data as they are."""
+
 _VECTOR = re.compile(r"\[\n\s+([-+.\deE]+(?:,\n\s+[-+.\deE]+)*)\n\s+\]")
 """A list of numbers as `json` indents it; a line break inside a string is escaped, so nothing else looks like it."""
 
@@ -153,8 +156,8 @@ def _reader(source: object | None) -> Any:
     """A function that reads an attribute, as plain Python data, or gives None where there is nothing to read."""
 
     def read(name: str) -> Any:
-        value = None if source is None else getattr(source, name)
-        return value if value is None or not hasattr(value, "item") else value.item()
+        value: Any = None if source is None else getattr(source, name)
+        return value if value.__class__ in _PLAIN or not hasattr(value, "item") else value.item()
 
     return read
 
@@ -163,13 +166,14 @@ def _end(state: EndState | None, EI: float | None) -> dict[str, Any]:
     if state is None:
         keys = ("position", "direction", "force", "moment", "force_per_EI", "moment_per_EI")
         return dict.fromkeys(keys)
+    force, moment = state.force_per_EI.tolist(), state.moment_per_EI.tolist()
     return {
         "position": state.position.tolist(),
         "direction": state.direction.tolist(),
-        "force": None if EI is None else (EI * state.force_per_EI).tolist(),
-        "moment": None if EI is None else (EI * state.moment_per_EI).tolist(),
-        "force_per_EI": state.force_per_EI.tolist(),
-        "moment_per_EI": state.moment_per_EI.tolist(),
+        "force": None if EI is None else [EI * part for part in force],
+        "moment": None if EI is None else [EI * part for part in moment],
+        "force_per_EI": force,
+        "moment_per_EI": moment,
     }
 
 

@@ -254,6 +254,17 @@ def test_one_short_pair_in_a_long_cable() -> None:
     assert found(curve, 0.9) == pytest.approx(0.2, abs=1e-9)
 
 
+@pytest.mark.parametrize("degrees", [100.0, 135.0, 179.0])
+@pytest.mark.parametrize("bend", [0.02, 0.05, 0.08])
+def test_a_tiny_hook_faces_nothing(bend: float, degrees: float) -> None:
+    """Less than half a turn, far smaller than the tolerance of the only distances there are: those from the far end."""
+    angle, leg, radius = math.radians(degrees), 100.0, 0.3 * bend
+    start = (-bend * math.sin(angle), bend * (1.0 - math.cos(angle)))  # from where the leg begins
+    across = math.hypot(leg, bend) + bend  # to the far side of the hook's circle
+    expected = min(math.dist(start, (leg, 0.0)), across) - 2.0 * radius
+    assert found(chain((bend * angle, 1.0 / bend), (leg, 0.0)), radius) == pytest.approx(expected, abs=1e-9)
+
+
 # --- the grid's oracle ------------------------------------------------------------------------------------------------
 
 

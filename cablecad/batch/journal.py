@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablecad.batch.rows import HASH_BYTES, id_mistakes, same_id
-from cablecad.batch.task import RowResult, step_path
+from cablecad.batch.task import JSON, RowResult, step_path
 from cablecad.errors import ExchangeError, UsageError
 from cablecad.files import explained, replacing
 
@@ -123,8 +123,9 @@ class RowKeys:
 
     def row(self, row_id: str) -> int | None:
         """The row of an id, counted from 0."""
-        at = int(np.searchsorted(self._sorted, np.uint64(_hash(row_id))))
-        return int(self._rows[at]) if at < len(self._sorted) and int(self._sorted[at]) == _hash(row_id) else None
+        key = _hash(row_id)
+        at = self._sorted.searchsorted(np.uint64(key))
+        return int(self._rows[at]) if at < len(self._sorted) and int(self._sorted[at]) == key else None
 
     def is_row(self, row: int, row_id: str) -> bool:
         """Whether a row still has the id it had."""
@@ -224,20 +225,14 @@ def _line(result: RowResult, input_hash: str, overrides: Mapping[str, Any]) -> s
         "status": result.status,
         "exit_code": result.exit_code,
         "hash": input_hash,
-        "overrides": _as_json(overrides),
+        "overrides": dict(overrides),
         "error": result.error,
     }
-    text = json.dumps(head, ensure_ascii=False, allow_nan=False)
-    return f"{text}\n" if result.report is None else f"{text[:-1]}, {result.report[1:]}\n"
-
-
-def _as_json(overrides: Mapping[str, Any]) -> dict[str, Any]:
-    """The overrides; as texts where they are no values of JSON, for they are only a remark."""
     try:
-        json.dumps(dict(overrides), allow_nan=False)
-    except (TypeError, ValueError):
-        return {str(key): repr(value) for key, value in overrides.items()}
-    return dict(overrides)
+        text = JSON.encode(head)
+    except (TypeError, ValueError):  # overrides that are no values of JSON stand as texts: they are only a remark
+        text = JSON.encode(head | {"overrides": {str(key): repr(value) for key, value in overrides.items()}})
+    return f"{text}\n" if result.report is None else f"{text[:-1]}, {result.report[1:]}\n"
 
 
 def forget(path: Path, folder: Path) -> None:

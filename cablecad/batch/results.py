@@ -11,7 +11,8 @@ import io
 import json
 import tempfile
 from array import array
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import IO, Any
 
@@ -31,6 +32,9 @@ _LEFT_OUT = frozenset({"name", "message", "seconds"})
 
 _ENDS = ("start", "end")
 """Tables of vectors: position, direction, force, moment."""
+
+_NOWHERE = (None, None, None)
+"""The parts of a vector that is not known."""
 
 
 def write_results(journal: Path, results: Path, keys: RowKeys, summary: Summary) -> None:
@@ -75,7 +79,7 @@ class _Table:
         self._kinds.append(layout[0])
         seconds = (data.get("seconds") or {}).get("total")
         error = "; ".join(data["error"].splitlines())
-        line = _line([data["id"], data["status"], *map(_cell, values.values()), error, _cell(seconds)])
+        line = _line([data["id"], data["status"], *_cells(values.values()), error, seconds])
         self._scratch.write(line)
         self._end += len(line)
 
@@ -109,10 +113,14 @@ def _places(names: Sequence[str], ordered: Sequence[str]) -> list[int] | None:
     return [known.get(name, -1) for name in ordered]
 
 
-def _line(cells: Sequence[Any]) -> bytes:
-    text = io.StringIO(newline="")
-    csv.writer(text, lineterminator="\n").writerow(cells)
-    return text.getvalue().encode()
+class _Encoder:
+    """What `csv` takes for a file, and gives the line back."""
+
+    write = staticmethod(str.encode)
+
+
+_line = csv.writer(_Encoder(), lineterminator="\n").writerow
+"""The line of some cells, in UTF-8."""
 
 
 def _values(line: Mapping[str, Any]) -> dict[str, Any]:
@@ -121,7 +129,9 @@ def _values(line: Mapping[str, Any]) -> dict[str, Any]:
     for cable in line.get("cables") or ():
         name = cable["name"]
         for key, value in cable.items():
-            if key not in _LEFT_OUT:
+            if value.__class__ is str and key not in _LEFT_OUT:
+                found[f"{name}.{key}"] = value  # most are, for numbers stay texts
+            elif key not in _LEFT_OUT:
                 _put(found, f"{name}.{key}", key, value)
     return found
 
@@ -131,8 +141,8 @@ def _put(found: dict[str, Any], column: str, key: str, value: Any) -> None:
     if isinstance(value, dict):
         if key in _ENDS:
             for name, vector in value.items():
-                x, y, z = (None, None, None) if vector is None else vector
-                found[f"{column}.{name}.x"], found[f"{column}.{name}.y"], found[f"{column}.{name}.z"] = x, y, z
+                x, y, z = _axes(f"{column}.{name}")
+                found[x], found[y], found[z] = _NOWHERE if vector is None else vector
         else:
             for name, part in value.items():
                 _put(found, f"{column}.{name}", f"{key}.{name}", part)
@@ -143,8 +153,18 @@ def _put(found: dict[str, Any], column: str, key: str, value: Any) -> None:
         found[column] = "; ".join(value)
 
 
+@lru_cache(maxsize=1024)
+def _axes(column: str) -> tuple[str, str, str]:
+    """The columns of a vector."""
+    return f"{column}.x", f"{column}.y", f"{column}.z"
+
+
+def _cells(values: Iterable[Any]) -> list[Any]:
+    """Values as they stand in CSV; nothing for none."""
+    return [value if value is None or value.__class__ is str else _cell(value) for value in values]
+
+
 def _cell(value: Any) -> Any:
-    """A value as it stands in CSV; nothing for none."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, list | dict):

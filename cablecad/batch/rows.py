@@ -24,6 +24,9 @@ _LONGEST_ID = 200
 """Bytes of an id in UTF-8: with a suffix, and what is put around a file name while it is written, 255 are allowed."""
 
 
+_SETTINGS = json.JSONEncoder()
+_RAW = json.JSONEncoder(sort_keys=True, default=repr)
+
 HASH_BYTES = 12
 """Of the hash of a row's input: two of a million rows share one with a chance of 1e-17."""
 
@@ -96,12 +99,11 @@ def row_hash(row: Row, *settings: object, contents: dict[Path, bytes] | None = N
         settings: What else its result depends on.
         contents: Keeps the hashes of the parts' files from row to row; without it each is looked at anew.
     """
-    digest = blake2b(digest_size=HASH_BYTES)
-    digest.update(json.dumps([__version__, *settings]).encode())
+    digest = blake2b(_SETTINGS.encode([__version__, *settings]).encode(), digest_size=HASH_BYTES)
     scene = row.scene
     parts: Sequence[Path] = ()
     if isinstance(scene, RawScene):
-        digest.update(json.dumps(scene.data, sort_keys=True, default=repr).encode())
+        digest.update(_RAW.encode(scene.data).encode())
         parts = _raw_parts(scene)
     else:
         if isinstance(scene, Path):

@@ -219,15 +219,16 @@ class _Batch:
         remarks: set[str] = set()
 
         def done(task: Task, results: list[RowResult]) -> None:
-            fresh = [result for result in results if not self.finished[self._row(result.id)]]
+            places = {result.id: self._row(result.id) for result in results}
+            fresh = [result for result in results if not self.finished[places[result.id]]]
             by_id = {row.id: row for row in task.rows}
             for result in fresh:
                 self._check_written(result)
             self.journal.append(
-                [(result, self.keys.input_hash(self._row(result.id)), by_id[result.id].overrides) for result in fresh]
+                [(result, self.keys.input_hash(places[result.id]), by_id[result.id].overrides) for result in fresh]
             )
             for result in fresh:
-                self.finished[self._row(result.id)] = 1
+                self.finished[places[result.id]] = 1
                 for remark in result.remarks:
                     if remark not in remarks and len(remarks) < 1000:
                         remarks.add(remark)

@@ -25,6 +25,12 @@ from cablecad.pipeline import Documents, SceneRun, check_output, measure_scenes,
 
 Status = Literal["done", "failed", "crashed", "timed_out"]
 
+JSON = json.JSONEncoder(ensure_ascii=False, allow_nan=False)
+"""Of the lines of the journal."""
+
+_REPORT = json.JSONEncoder(ensure_ascii=False, allow_nan=False, check_circular=False)
+"""Of what is known to be a tree."""
+
 BUG = 1
 
 _EPOCH = "SOURCE_DATE_EPOCH"
@@ -196,8 +202,8 @@ def _resolved(row: Row) -> Scene | RowResult:
 def _result(
     row: Row, errors: Sequence[CablecadError], exit_code: int, report: dict[str, Any], size: int | None = None
 ) -> RowResult:
-    text = json.dumps(report, ensure_ascii=False, allow_nan=False)
-    return RowResult(row.id, "failed" if errors else "done", "\n".join(map(_told, errors)), exit_code, text, size)
+    status: Status = "failed" if errors else "done"
+    return RowResult(row.id, status, "\n".join(map(_told, errors)), exit_code, _REPORT.encode(report), size)
 
 
 def _failed(row: Row, error: CablecadError) -> RowResult:

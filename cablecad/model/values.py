@@ -121,7 +121,7 @@ class Checked:
         keys: tuple[str, ...] = self.__slots__
         for key in keys:
             value: object = getattr(self, key)
-            if isinstance(value, Real) and type(value).__module__ == "numpy":
+            if type(value).__module__ == "numpy" and isinstance(value, Real):
                 self._set(**{key: int(value) if isinstance(value, Integral) else float(value)})
         mistakes = list(self._mistakes())
         if mistakes:

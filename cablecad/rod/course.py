@@ -139,8 +139,7 @@ class Courses(NamedTuple):
         u = self.rate * s
         sn, cn, dn, zeta = self.jacobian(u)
         S, C, D, below = self._factors(sn, cn, dn)
-        p = (self.p * C * D + self.h * self.c * S) / below
-        c = (self.c * D - self.p * self.h * S * C) / below
+        p, c = self._half(S, C, D, below)
         # (1 - C)/omega^2, where 1 - C cancels for small omega and 1 + C vanishes at half a period.
         positive = C >= 0.0
         lift = S * S / np.where(positive, 1.0 + C, 1.0)
@@ -153,6 +152,13 @@ class Courses(NamedTuple):
         across = 2.0 / below * ((self.p * self.c) * S * D + bent)
         return Points(along, across, c * c - p * p, 2.0 * p * c, self._kappa(S, C, D, below))
 
+    def tangent(self, s: Array) -> tuple[Array, Array, Array]:
+        """cos and sin of the tangent's angle from the compression, and the curvature, at `s` from mid-span."""
+        sn, cn, dn = self.jacobian.elementary(self.rate * s)
+        S, C, D, below = self._factors(sn, cn, dn)
+        p, c = self._half(S, C, D, below)
+        return c * c - p * p, 2.0 * p * c, self._kappa(S, C, D, below)
+
     def kappa(self, s: Array) -> Array:
         """The curvature at arclengths `s` from mid-span."""
         sn, cn, dn = self.jacobian.elementary(self.rate * s)
@@ -163,6 +169,10 @@ class Courses(NamedTuple):
         S = sn / self.rate
         C, D = np.where(self.swings, cn, dn), np.where(self.swings, dn, cn)
         return S, C, D, C * C + (self.c * self.c * self.square) * (S * S)
+
+    def _half(self, S: Array, C: Array, D: Array, below: Array) -> tuple[Array, Array]:
+        """sin and cos of half the angle from the compression."""
+        return (self.p * C * D + self.h * self.c * S) / below, (self.c * D - self.p * self.h * S * C) / below
 
     def _kappa(self, S: Array, C: Array, D: Array, below: Array) -> Array:
         kappa: Array = 2.0 * (self.h * C - (self.square * self.p * self.c) * S * D) / below

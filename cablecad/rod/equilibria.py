@@ -146,6 +146,16 @@ class Equilibria:
         low, high = np.searchsorted(self.scene, [scene, scene + 1])
         return self.take(slice(low, high))
 
+    def tangents(self, s: Array) -> tuple[Array, Array, Array]:
+        """cos and sin of the angle, and the curvature, at arclengths `s`, shape (k,): shape (n, k) each."""
+        if self.taut.any():
+            theta, kappa, _ = self.at(s)
+            return np.cos(theta), np.sin(theta), kappa
+        middle = Middle(*(getattr(self, f.name) for f in fields(Middle)))
+        x, y, kappa = middle.courses.take(np.s_[:, None]).tangent(s - 0.5)
+        cosine, sine = np.cos(middle.compression)[:, None], np.sin(middle.compression)[:, None]
+        return cosine * x - sine * y, sine * x + cosine * y, kappa
+
     def at(self, s: Array) -> tuple[Array, Array, Array]:
         """Angle, curvature and position at arclengths `s`, shape (k,): shapes (n, k), (n, k), (n, k, 2)."""
         s = np.asarray(s, dtype=float)

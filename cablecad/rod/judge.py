@@ -119,8 +119,7 @@ def _judge_with(found: Equilibria, rows: np.ndarray, counts: np.ndarray, *, plan
         own = rows[(kinds == kind).all(axis=1)]
         some = found.take(own) if len(own) < len(found) else found
         space = trial_space(bool(kind[0]), bool(kind[1]), (0.0, 1.0), int(kind[3]))
-        theta, kappa, _ = some.at(space.s)
-        forms, free = _forms(some, space, np.cos(theta), np.sin(theta), kappa, planes)
+        forms, free = _forms(some, space, *some.tangents(space.s), planes)
         found.margins[own[:, None], planes] = np.linalg.eigvalsh(forms)[..., 0].T
         if 1 in planes:
             found.free_turns[own] = free

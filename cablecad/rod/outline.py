@@ -10,12 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import fields
+from typing import Any
 
 import numpy as np
 
 from cablecad.centreline import Array
 from cablecad.rod.pieces import ALIKE, samples_of
 from cablecad.rod.polish import Middle
+from cablecad.rod.rise import SAMPLES, SETTLED, STEPS, missed_height, tops
 from cablecad.rod.solution import EndState, RodSolution
 from cablecad.rod.span import Span
 from cablecad.rod.trace import Trace, gathered
@@ -25,9 +27,6 @@ _FEWEST = 3
 
 _BLOCK = 256
 """Solutions measured at once: 30 MB."""
-
-_SAMPLES = 257
-"""Samples from which Newton's method looks for the greatest distance from the chord."""
 
 
 def measure_outlines(solutions: Iterable[RodSolution]) -> None:
@@ -143,46 +142,52 @@ class _Outlines:
         one, other = (across(axes[:, None]) for axes in self._axes)
         offset = across((self._start - begin)[:, None])
         total = self._total
+        samples = np.linspace(0.0, 1.0, min(samples_of(float(self._rows.omega.max())), SAMPLES)) * total
+        x, y, *_ = self._plane(np.s_[:], samples)
+        parts = ((offset[..., i] + x * one[..., i] + y * other[..., i]) ** 2 for i in range(3))
+        heights = np.sqrt(sum(parts, start=np.zeros(1)))
+        highest: Array = heights.max(axis=1)
+        missed = missed_height(self._rows.kappa_max[:, None] / self._length, samples[:, 1:2])
+        rod, at_sample = np.nonzero(tops(heights, missed))
+        offset, one, other, total = offset[rod], one[rod], other[rod], total[rod]
 
         def away(s: Array) -> tuple[Array, Array, Array]:
-            """From the chord, its slope and its bend there, shape (n, k, 3) each."""
-            x, y, cosine, sine, kappa = self._plane(s)
+            """From the chord, its slope and its bend there, shape (k, 1, 3) each."""
+            x, y, cosine, sine, kappa = self._plane(rod, s)
             return (
                 offset + x[..., None] * one + y[..., None] * other,
                 cosine[..., None] * one + sine[..., None] * other,
                 kappa[..., None] * (cosine[..., None] * other - sine[..., None] * one),
             )
 
-        samples = np.linspace(0.0, 1.0, _SAMPLES) * total
-        x, y, *_ = self._plane(samples)
-        parts = ((offset[..., i] + x * one[..., i] + y * other[..., i]) ** 2 for i in range(3))
-        heights = np.sqrt(sum(parts, start=np.zeros(1)))
-        best = np.take_along_axis(samples, np.argmax(heights, axis=1)[:, None], axis=1)
+        best = samples[rod, at_sample][:, None]
         going = np.ones(best.shape, dtype=bool)
-        for _ in range(4):
+        for _ in range(STEPS):
             off, slope, bend = away(best)
             curve = np.sum(slope * slope + off * bend, axis=2)
             going &= curve < 0.0
             step = np.where(going, np.sum(off * slope, axis=2) / np.where(going, curve, 1.0), 0.0)
             best = np.minimum(np.maximum(best - step, 0.0), total)
-            going &= np.abs(step) > 1e-9 * total
+            going &= np.abs(step) > SETTLED * total
             if not going.any():
                 break
-        highest: Array = np.maximum(heights.max(axis=1), np.linalg.norm(away(best)[0], axis=2)[:, 0])
+        np.maximum.at(highest, rod, np.linalg.norm(away(best)[0], axis=2)[:, 0])
         return highest
 
-    def _plane(self, s: Array) -> tuple[Array, Array, Array, Array, Array]:
+    def _plane(self, rod: Any, s: Array) -> tuple[Array, Array, Array, Array, Array]:
         """Position from the free start, tangent (cosine and sine) and curvature in the frames of the compressions.
 
         Args:
+            rod: Which rods, an index.
             s: Arclengths from the cables' starts, shape (n, k) [mm].
         """
-        s = s - self._lead_out
-        inside = np.minimum(np.maximum(s, 0.0), self._length)
-        at, beyond = self._courses.at(inside / self._length - 0.5), s - inside
-        x = self._length * (at.along - self._origin[0]) + beyond * at.cosine
-        y = self._length * (at.across - self._origin[1]) + beyond * at.sine
-        return x, y, at.cosine, at.sine, np.where(beyond == 0.0, at.kappa / self._length, 0.0)
+        length = self._length[rod]
+        s = s - self._lead_out[rod]
+        inside = np.minimum(np.maximum(s, 0.0), length)
+        at, beyond = self._courses.take(rod).at(inside / length - 0.5), s - inside
+        x = length * (at.along - self._origin[0][rod]) + beyond * at.cosine
+        y = length * (at.across - self._origin[1][rod]) + beyond * at.sine
+        return x, y, at.cosine, at.sine, np.where(beyond == 0.0, at.kappa / length, 0.0)
 
     def greatest_curvature(self) -> tuple[Array, Array]:
         """The greatest |curvature| [1/mm] and its arclength [mm], shape (n,) each; as `pieces` finds them."""

@@ -21,8 +21,9 @@ from cablecad.rod.equilibria import Equilibria
 from cablecad.rod.judge import judge
 from cablecad.rod.polish import Middle
 from cablecad.rod.solution import Equilibrium
-from cablecad.rod.stability import Stability
-from cablecad.rod.trace import Trace, gathered
+from cablecad.rod.stability import NEUTRAL, Stability
+from cablecad.rod.trace import Trace, gathered, give_back
+from cablecad.rod.twins import first_twins
 from cablecad.self_gap import (
     Indices,
     greatest_between,
@@ -36,9 +37,9 @@ _FEWEST = 3
 _BLOCK = 512
 """Equilibria searched at once: 200 MB."""
 
-_LEAST_SAMPLES, _PER_OMEGA = 64, 12.0
-"""Samples of the curvature at least, and for each unit of omega times the length: a bound of it is a 24th of omega, or
-of the curvature, too high at most. Twice as many cost what they gain."""
+_LEAST_SAMPLES, _PER_OMEGA = 32, 4.0
+"""Samples of the curvature at least, and for each unit of omega times the length: a bound of it is an eighth of omega,
+or of the curvature, too high at most. Three times as many took a twentieth longer in all."""
 
 
 def measure_gaps(equilibria: Iterable[Equilibrium]) -> None:
@@ -46,11 +47,16 @@ def measure_gaps(equilibria: Iterable[Equilibrium]) -> None:
     plain = [(one, trace) for one in equilibria if (trace := _plain_trace(one)) is not None]
     if len(plain) < _FEWEST:
         return
-    rows = gathered([trace for _, trace in plain])
-    order = np.argsort(np.maximum(rows.omega, rows.kappa_max), kind="stable")  # alike in their number of samples
-    for low in range(0, len(plain), _BLOCK):
+    traces = [trace for _, trace in plain]
+    rows = gathered(traces)
+    first = first_twins(traces, rows)
+    single = np.flatnonzero(first == np.arange(len(first)))
+    order = single[np.argsort(np.maximum(rows.omega, rows.kappa_max)[single], kind="stable")]  # alike in their samples
+    for low in range(0, len(order), _BLOCK):
         own = order[low : low + _BLOCK]
         _measure_gaps([plain[i] for i in own], rows.take(own))
+    for (one, _), twin in zip(plain, first.tolist(), strict=True):
+        one.__dict__["self_gap"] = plain[twin][0].self_gap
 
 
 def judge_together(equilibria: Iterable[Equilibrium]) -> None:
@@ -62,14 +68,26 @@ def judge_together(equilibria: Iterable[Equilibrium]) -> None:
     ]
     if len(asked) < _FEWEST:
         return
-    rows = gathered([trace for _, trace in asked])
-    judge(rows)
+    traces = [trace for _, trace in asked]
+    rows = gathered(traces)
+    first = first_twins(traces, rows)
+    _judge_first(rows, first)
     margins, free = rows.margins.tolist(), rows.free_turns.tolist()
     spins = np.where(np.isnan(rows.torsion_ratio), "free", "clamped").tolist()
-    for i, (one, trace) in enumerate(asked):
-        for name in ("margins", "verdict", "free_turns"):
-            getattr(trace.row, name)[:] = getattr(rows, name)[i : i + 1]
+    give_back(traces, rows, "margins", "verdict", "free_turns")
+    for i, (one, _) in enumerate(asked):
         one.__dict__["stability"] = Stability(margins[i][0], margins[i][1], free[i], spins[i])
+
+
+def _judge_first(rows: Equilibria, first: Indices) -> None:
+    """Judge each first of twins, and take for the others what is not known of them."""
+    single = np.flatnonzero(first == np.arange(len(first)))
+    some = rows.take(single)
+    judge(some)
+    place = np.searchsorted(single, first)
+    rows.free_turns[:] = np.where(np.isnan(rows.margins[:, 1]), some.free_turns[place], rows.free_turns)
+    rows.margins[:] = np.where(np.isnan(rows.margins), some.margins[place], rows.margins)
+    rows.verdict[:] = np.where(rows.margins > NEUTRAL, 1, -1)
 
 
 def _plain_trace(one: Equilibrium) -> Trace | None:
@@ -84,7 +102,7 @@ def _measure_gaps(some: list[tuple[Equilibrium, Trace]], rows: Equilibria) -> No
     straights = np.array([[span.lead_out, span.lead_in] for span in spans]) / free[:, None]
     radii = np.array([one.diameter for one, _ in some]) / 2.0 / free
     lengths = 1.0 + straights.sum(axis=1)
-    good = np.array([is_measurable(*map(float, one)) for one in zip(lengths, rows.kappa_max, radii, strict=True)])
+    good = is_measurable(lengths, rows.kappa_max, radii)
     gaps = np.full(len(some), np.nan)
     if good.any():
         rods = _Rods(rows.take(np.flatnonzero(good)), straights[good])
@@ -122,15 +140,14 @@ class _Rods:
         return _RodBends(bounds, self.lengths)
 
     def states(self, curve: Indices, s: Array) -> tuple[Array, Array, Array]:
-        """Positions, tangents and curvature vectors in the frame of the compression, shape (n, 2) each."""
+        """Positions, tangents and curvature vectors in the frame of the compression, shape (2, n) each."""
         s = s - self._before[curve]
         inside = _between(s, 0.0, 1.0)
         beyond = s - inside
         at = self._courses.take(curve).at(inside - 0.5)
         kappa = np.where(beyond == 0.0, at.kappa, 0.0)
-        position = np.stack([at.along + beyond * at.cosine, at.across + beyond * at.sine], axis=1)
-        turning = np.stack([-kappa * at.sine, kappa * at.cosine], axis=1)
-        return position, np.stack([at.cosine, at.sine], axis=1), turning
+        position = np.array([at.along + beyond * at.cosine, at.across + beyond * at.sine])
+        return position, np.array([at.cosine, at.sine]), np.array([-kappa * at.sine, kappa * at.cosine])
 
 
 def _between(values: Array, least: float, most: float) -> Array:

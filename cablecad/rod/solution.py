@@ -208,12 +208,12 @@ class RodSolution:
         """Room between parts of the cable's side that face each other [mm]; None where none do."""
         return self.equilibrium.self_gap
 
-    @property
+    @cached_property
     def EI(self) -> float | None:
         """Bending stiffness [N mm^2], or None without a material."""
         return None if self.cable.material is None else self.cable.material.EI(self.cable.section)
 
-    @property
+    @cached_property
     def GJ(self) -> float | None:
         """Torsional stiffness [N mm^2], or None where nothing tells it."""
         return None if self.cable.material is None else self.cable.material.GJ(self.cable.section)

@@ -258,7 +258,7 @@ def _out_of_plane(
     form = _form(space, tension - kappa**2)
     if held:
         twist = kappa @ space.weighted
-        form = form + np.asarray(torsion_ratio)[..., None, None] * twist[..., :, None] * twist[..., None, :]
+        form += (np.asarray(torsion_ratio)[..., None] * twist)[..., :, None] * twist[..., None, :]
     flat = np.broadcast_to(space.mean, modes[0].shape)
     return (form, np.stack([flat, *modes], axis=-2)), free
 
@@ -274,7 +274,8 @@ def _held_rows(space: TrialSpace, cosine: Array, sine: Array, turn_free: Any) ->
 
 def _form(space: TrialSpace, potential: Array) -> Array:
     """int v_i' v_j' + potential v_i v_j ds, shape (..., m, m)."""
-    product: Array = space.stiffness + space.values.T @ (potential[..., :, None] * space.weighted)
+    product: Array = space.values.T @ (potential[..., :, None] * space.weighted)
+    product += space.stiffness
     return product
 
 
@@ -329,7 +330,7 @@ def restricted(form: Array, rows: Array) -> Array:
         rows: Shape (..., r, m); rows may be zero or depend on each other (a straight cable: sin(theta) = 0).
 
     Returns:
-        Shape (..., m, m): the same form, but larger than anything in it along the rows.
+        Shape (..., m, m): the same form, but larger than anything in it along the rows; symmetric but for rounding.
     """
     count = rows.shape[-2]
     unit = np.zeros_like(rows)
@@ -350,6 +351,8 @@ def restricted(form: Array, rows: Array) -> Array:
     # Lifted above everything else, the constrained directions cannot be the least.
     lift = 1.0 + 2.0 * np.max(np.abs(np.diagonal(form, axis1=-2, axis2=-1)), axis=-1)[..., None, None]
     lifted = inner + lift * np.eye(inner.shape[-1])
-    projected = form - image @ unit - across @ np.swapaxes(image, -1, -2) + across @ lifted @ unit
-    symmetric: Array = (projected + np.swapaxes(projected, -1, -2)) / 2.0
-    return symmetric
+    # P form P + across lifted unit, P = 1 - across unit, with half of what is taken off; the other is its transpose.
+    half = (image - across @ (lifted / 2.0)) @ unit
+    projected: Array = form - half
+    projected -= np.swapaxes(half, -1, -2)
+    return projected

@@ -23,6 +23,7 @@ from cablecad.rod.judge import RowStability
 from cablecad.rod.midpoint import State
 from cablecad.rod.pieces import Elastica, TautCable
 from cablecad.rod.planar import solve_planar
+from cablecad.rod.rise import rise_of
 from cablecad.rod.solution import EndState, Equilibrium, RodSolution, Shape, choose
 from cablecad.rod.span import Span, span_of
 from cablecad.rod.taut import Taut
@@ -123,7 +124,7 @@ def solution_of(
         length=length,
         chord=chord,
         slack=None if chord == 0.0 else cable.slack if cable.slack is not None else (length - chord) / chord,
-        measure_rise=lambda: _rise(chosen.centreline, begin, finish),
+        measure_rise=lambda: rise_of(chosen.centreline, begin, finish),
         measure_end_angle=lambda: _end_angle(chosen.start.direction, finish - begin),
         measure_residual=lambda: _residual(chosen, span, begin, finish, length),
         out_of_plane_deg=math.degrees(span.out_of_plane),
@@ -247,32 +248,3 @@ def _end_angle(tangent: Array, chord: Array) -> float | None:
     if not chord.any():
         return None
     return math.degrees(math.atan2(float(np.linalg.norm(np.cross(tangent, chord))), float(tangent @ chord)))
-
-
-def _rise(centreline: Centreline, begin: Array, finish: Array) -> float:
-    """Greatest distance from the chord (from the point, where the ends coincide), by Newton from samples [mm]."""
-    chord = finish - begin
-    size = float(np.linalg.norm(chord))
-    axis = chord / size if size > 0.0 else np.zeros(3)
-    s = np.linspace(0.0, centreline.length, 257)
-
-    def away(at: Array) -> Array:
-        off = centreline.position(at) - begin
-        across: Array = off - (off @ axis)[:, None] * axis
-        return across
-
-    heights = np.linalg.norm(away(s), axis=1)
-    best = float(s[np.argmax(heights)])
-    for _ in range(4):
-        frames, bent = centreline.states(best)
-        off = frames.position[0] - begin
-        across, tangent = off - (off @ axis) * axis, frames.tangent[0] - (frames.tangent[0] @ axis) * axis
-        bend = bent[0] @ np.stack([frames.normal[0], frames.binormal[0]])
-        slope, curve = across @ tangent, tangent @ tangent + across @ bend
-        if curve >= 0.0:
-            break
-        step = float(slope / curve)
-        best = min(max(best - step, 0.0), centreline.length)
-        if abs(step) <= 1e-9 * centreline.length:
-            break
-    return max(float(heights.max()), float(np.linalg.norm(away(np.array([best]))[0])))

@@ -33,7 +33,7 @@ def find_violations(
 ) -> tuple[Violation, ...]:
     """The rules that a centreline with this least bend radius [mm] (at arclength `at`) and self-gap [mm] breaks."""
     found = []
-    radius = cable.section.radius
+    radius = cable.diameter / 2.0
     if bend_radius_min is not None and bend_radius_min <= radius:
         found.append(
             Violation(

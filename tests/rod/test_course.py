@@ -43,6 +43,8 @@ def test_many_are_those_of_each_alone():
     for name, got, flat in zip(rows._fields, rows, points, strict=True):
         assert np.array_equal(got.ravel(), flat), name
     bent = many.take(np.s_[:, None]).kappa(s)
+    for name, got in zip(("cosine", "sine", "kappa"), many.take(np.s_[:, None]).tangent(s), strict=True):
+        assert np.max(np.abs(got - getattr(rows, name)) / (1.0 + np.abs(got))) < 1e-14, name
     for i in range(len(found)):
         want = jump(*(np.array([x]) for x in (math.sin(psi[i] / 2), math.cos(psi[i] / 2), kappa[i], omega[i])), S)
         size = 1.0 + omega[i] + abs(kappa[i])

@@ -80,6 +80,25 @@ def test_mirrored_ends_bend_most_at_the_first() -> None:
         assert one.bend_radius_min_at == pytest.approx(other.bend_radius_min_at, abs=1e-6)
 
 
+@pytest.mark.parametrize("off", [0.0, 1e-7, 3e-6, 1e-5, 1e-4, 1e-3])
+def test_of_two_tops_nearly_alike_the_higher_counts(off: float) -> None:
+    """An S whose halves differ by less than samples tell; the oracle looks from so near that it need not refine."""
+    shapes = []
+    for i in range(8):
+        first, last = (math.radians(40.0 + 7.0 * i + more) for more in (0.0, off))
+        start = Clamp((0, 0, 0), (math.cos(first), math.sin(first), 0))
+        end = Clamp((75, 0, 0), (math.cos(last), math.sin(last), 0))
+        shapes.append(Cable(f"W{i}", 1.0, start, end, length=100.0))
+    together, alone = solved(shapes), solved(shapes)
+    measure_outlines(together)
+    assert len(together) == len(shapes)
+    for one, other in zip(together, alone, strict=True):
+        height = np.abs(other.centreline.points(400_001)[:, 1])
+        missed = other.centreline.greatest_curvature()[0] * (100.0 / 400_000) ** 2 / 8.0
+        for rise in (one.rise, other.rise):
+            assert height.max() - 1e-13 <= rise <= height.max() + missed + 1e-13
+
+
 def test_few_and_drawn_ones_are_left_to_themselves() -> None:
     few = solved(cables(3, 9))[:2]
     measure_outlines(few)

@@ -76,6 +76,22 @@ def test_margins_are_those_of_each_alone() -> None:
         assert one.stability.free_turn == other.stability.free_turn
 
 
+def test_tangents_are_those_of_the_shapes(solved: list[RodSolution]) -> None:
+    """Of one regime, and of all with taut ones among them."""
+    s = np.linspace(0.0, 1.0, 41)
+    found = solved[0].equilibria[0].trace
+    assert found is not None
+    assert found.among is not None
+    assert found.among.taut.any()
+    for rows in (found.among, found.among.take(~found.among.taut)):
+        theta, kappa, _ = rows.at(s)
+        cosine, sine, bent = rows.tangents(s)
+        size = (1.0 + rows.omega + rows.kappa_max)[:, None]
+        assert np.max(np.abs(cosine - np.cos(theta)) / size) < 1e-13
+        assert np.max(np.abs(sine - np.sin(theta)) / size) < 1e-13
+        assert np.max(np.abs(bent - kappa) / size**2) < 1e-13
+
+
 def test_the_least_bend_radius_is_known_without_drawing(solved: list[RodSolution]) -> None:
     for solution in solved:
         for one in solution.equilibria:
