@@ -3,88 +3,24 @@
 from __future__ import annotations
 
 import math
-import os
 import time
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cablecad.errors import CablecadError, ExchangeError, Mistake, RuleError, SceneError, UsageError
-from cablecad.model import Part, Scene
+from cablecad.errors import CablecadError, Mistake, SceneError, UsageError
+from cablecad.model import Scene
 from cablecad.pipeline.cable import Built, Search, build_outcome, solve_many, timed
-from cablecad.pipeline.ports import Resolved, parts_to_read, resolve_ports
+from cablecad.pipeline.parts import ends_resolved, import_kernel, read_parts_of, read_scene_parts
+from cablecad.pipeline.ports import Resolved
+from cablecad.pipeline.run import Progress, SceneRun, tell
 from cablecad.pipeline.write import MESH_SUFFIXES, MODEL_SUFFIXES, cable_solid, check_output, write_model
-from cablecad.report import CableOutcome, scene_report
+from cablecad.report import CableOutcome
 
 if TYPE_CHECKING:
-    from cablecad.brep.document import Document
     from cablecad.pipeline.documents import Documents
     from cablecad.rod.solution import RodSolution
-
-EXIT_ORDER = (1, 2, 5, 3, 4)
-"""Which exit code speaks for several failures at once."""
-
-Progress = Callable[[str], None]
-"""Called with the name of each cable or part as its turn comes."""
-
-
-@dataclass
-class SceneRun:
-    """A scene on its way: what became of each cable and part, and all that went wrong.
-
-    Attributes:
-        scene: What was asked; once solved, with numbers in place of the ends on parts.
-        outcomes: One a cable.
-        remarks: What the user should know that is no warning: which features of parts were taken for ends.
-        documents: The parts that were read, by name.
-        solids: Number of solids of each part by name, None where it was not read.
-        errors: Everything that keeps the scene from being written.
-        seconds: Time by stage.
-        looked_at: Names of the parts whose files were read, or could not be.
-        kept: What was read for other scenes; None where every file is read anew.
-        measured: Whether `measure_scenes` was here.
-    """
-
-    scene: Scene
-    outcomes: list[CableOutcome] = field(default_factory=list)
-    remarks: list[str] = field(default_factory=list)
-    documents: dict[str, Document] = field(default_factory=dict)
-    solids: dict[str, int | None] = field(default_factory=dict)
-    errors: list[CablecadError] = field(default_factory=list)
-    seconds: dict[str, float] = field(default_factory=dict)
-    looked_at: set[str] = field(default_factory=set)
-    kept: Documents | None = None
-    measured: bool = False
-
-    def report(self, *, points: int | None = None) -> dict[str, Any]:
-        """Report format 1."""
-        if not self.measured:
-            measure_scenes([self])
-        return scene_report(self.scene, self.outcomes, solids=self.solids, seconds=self.seconds, points=points)
-
-    @property
-    def exit_code(self) -> int:
-        """0, or the code that speaks for all errors."""
-        codes = {error.exit_code for error in self.errors}
-        return next((code for code in EXIT_ORDER if code in codes), 0)
-
-    def broken_rules(self) -> list[CablecadError]:
-        """The user's rules that solved cables break, an error each; `errors` has them only where they were strict."""
-        return [
-            RuleError(f"cable {outcome.cable.name}: {message}")
-            for outcome in self.outcomes
-            for message in outcome.broken_rules
-        ]
-
-    def raise_first(self) -> None:
-        """Raise the error with the first claim, the others as notes on it."""
-        if self.errors:
-            first, *others = sorted(self.errors, key=lambda error: EXIT_ORDER.index(error.exit_code))
-            for other in others:
-                first.add_note(str(other))
-            raise first
 
 
 def solve_scene(scene: Scene, *, search: Search = "answer", progress: Progress | None = None) -> SceneRun:
@@ -139,25 +75,6 @@ def solve_scenes(
     ]
 
 
-def measure_scenes(runs: Iterable[SceneRun]) -> None:
-    """Find all that reports tell of the equilibria of many scenes, together."""
-    from cablecad.rod.outline import measure_outlines
-    from cablecad.rod.room import judge_together, measure_gaps
-
-    runs = list(runs)
-    solutions = [outcome.solution for run in runs for outcome in run.outcomes if outcome.solution is not None]
-    alone = len(runs) == 1
-    for solution in solutions if alone else ():
-        _ = solution.self_gap  # as a build does, which asks for the answers' first: the last digits are the same then
-    found = [one for solution in solutions for one in solution.equilibria]
-    measure_gaps(found)
-    judge_together(found)
-    if not alone:  # a build draws every shape: of one scene the last digits are to be the same
-        measure_outlines(solutions)
-    for run in runs:
-        run.measured = True
-
-
 def _begun(
     scene: Scene, progress: Progress | None, documents: Documents | None
 ) -> tuple[SceneRun, Resolved] | SceneError:
@@ -165,7 +82,7 @@ def _begun(
     run = SceneRun(scene, kept=documents)
     started = time.perf_counter()
     try:
-        resolved = _ends_resolved(run, progress)
+        resolved = ends_resolved(run, progress)
     except SceneError as error:
         return error
     run.seconds["total"] = time.perf_counter() - started
@@ -183,14 +100,14 @@ def _solved(
     """The run of a scene whose cables were solved in `share` seconds each."""
     mistakes: list[Mistake] = []
     for cable, result in zip(run.scene.cables, resolved.answers(results), strict=True):
-        _tell(progress, cable.name)
+        tell(progress, cable.name)
         outcome = CableOutcome(cable, seconds={"solve": share})
         outcome.origins += resolved.remarks.get(cable.name, [])
         run.outcomes.append(outcome)
         if isinstance(result, SceneError):
             mistakes += [mistake.under(f"cables.{cable.name}") for mistake in result.mistakes]
         elif isinstance(result, CablecadError):
-            _fail(run, outcome, result)
+            run.fail(outcome, result)
         else:
             outcome.solution = result
     if mistakes:
@@ -207,7 +124,7 @@ def resolve_ends(scene: Scene) -> SceneRun:
         SceneError: A point that does not tell which feature of its part is meant.
     """
     run = SceneRun(scene)
-    resolved = _ends_resolved(run, None)
+    resolved = ends_resolved(run, None)
     for name, error in resolved.errors.items():
         run.errors.append(type(error)(f"cable {name}: {error}"))
     return run
@@ -292,8 +209,8 @@ def make_scene(scene: Scene) -> tuple[SceneRun, list[Built]]:
         SceneError: Data that contradict each other.
     """
     run = solve_scene(scene)
-    _import_kernel(run)
-    _read_parts(run, scene.parts, None)
+    import_kernel(run)
+    read_parts_of(run, scene.parts, None)
     return run, _make_solids(run, None)
 
 
@@ -311,7 +228,7 @@ def _run_scene(
     if isinstance(run, SceneError):
         raise run
     if scene.parts or any(outcome.solution for outcome in run.outcomes):
-        _import_kernel(run)
+        import_kernel(run)
     placed = read_scene_parts(run, progress)
     run.solids = {part.name: document.solids for part, document in placed}
     with timed(run.seconds, "cables"):
@@ -326,61 +243,6 @@ def _run_scene(
     return run
 
 
-def _ends_resolved(run: SceneRun, progress: Progress | None) -> Resolved:
-    """Put numbers in place of the ends on parts; only ends taken from geometry need the kernel."""
-    needed = parts_to_read(run.scene)
-    if not needed:
-        resolved = resolve_ports(run.scene, {})
-        run.scene = resolved.scene
-        return resolved
-    names = ", ".join(part.name for part in needed)
-    run.remarks.append(f"ends of cables are taken from the geometry of {names}, for which Open Cascade is loaded")
-    _import_kernel(run)
-    _read_parts(run, needed, progress)
-    with timed(run.seconds, "read"):
-        resolved = resolve_ports(run.scene, run.documents)
-    run.scene = resolved.scene
-    for name, remarks in resolved.remarks.items():
-        run.remarks += [f"cable {name}: {remark}" for remark in remarks]
-    return resolved
-
-
-def _import_kernel(run: SceneRun) -> None:
-    with timed(run.seconds, "import"):
-        import cablecad.brep.kernel  # noqa: F401 - most of the time of a small build; named apart in the report
-
-
-def read_scene_parts(run: SceneRun, progress: Progress | None = None) -> list[tuple[Part, Document]]:
-    """Read what was not read yet of a scene's parts: each that could be, the others' errors among the run's."""
-    _read_parts(run, run.scene.parts, progress)
-    return [(part, run.documents[part.name]) for part in run.scene.parts if part.name in run.documents]
-
-
-def _read_parts(run: SceneRun, parts: Iterable[Part], progress: Progress | None) -> None:
-    """Read every file once, of parts not looked at before; one that cannot be read does not hide another."""
-    by_file: dict[str, list[Part]] = {}
-    for part in parts:
-        if part.name not in run.looked_at:
-            run.looked_at.add(part.name)
-            by_file.setdefault(os.path.realpath(part.step), []).append(part)
-    known = {os.path.realpath(part.step): part.name for part in run.scene.parts if part.name in run.documents}
-    with timed(run.seconds, "read"):
-        for path, same in by_file.items():
-            from cablecad.brep.step import read_step
-
-            for part in same:
-                _tell(progress, part.name)
-            if path in known:
-                run.documents |= dict.fromkeys((part.name for part in same), run.documents[known[path]])
-                continue
-            try:
-                document = (read_step if run.kept is None else run.kept.read)(same[0].step)
-                run.documents |= dict.fromkeys((part.name for part in same), document)
-            except CablecadError as error:
-                names = " and ".join(part.name for part in same)
-                run.errors.append(ExchangeError(f"part {names}: {error}"))
-
-
 def _make_solids(run: SceneRun, progress: Progress | None) -> list[Built]:
     """Make the solid of every cable that was solved.
 
@@ -390,27 +252,14 @@ def _make_solids(run: SceneRun, progress: Progress | None) -> list[Built]:
     made = []
     mistakes: list[Mistake] = []
     for outcome in run.outcomes:
-        _tell(progress, outcome.cable.name)
+        tell(progress, outcome.cable.name)
         if outcome.solution is not None:
             try:
                 made.append(build_outcome(outcome, outcome.solution, run.scene.tolerance))
             except SceneError as error:  # a tolerance that cannot be kept
                 mistakes += error.mistakes
             except CablecadError as error:
-                _fail(run, outcome, error)
+                run.fail(outcome, error)
     if mistakes:
         raise SceneError(mistakes, source=str(run.scene.source or ""))
     return made
-
-
-def _fail(run: SceneRun, outcome: CableOutcome, error: CablecadError) -> None:
-    """Keep what went wrong with a cable: as it is for the cable's report, with its name for the scene's errors."""
-    outcome.error = error
-    named = type(error)(f"cable {outcome.cable.name}: {error}")
-    named.__cause__ = error
-    run.errors.append(named)
-
-
-def _tell(progress: Progress | None, name: str) -> None:
-    if progress is not None:
-        progress(name)
