@@ -266,7 +266,7 @@ class _Search:
         swing = np.where(reach < distance, np.arcsin(reach / apex), math.pi)
         facing = np.ones(len(i), dtype=bool)
         for k in (i, j):
-            lean = np.arcsin(np.abs(_dot(chord, tangent[:, k])) / (apex * (1.0 + 1e-15)))
+            lean = np.arcsin(np.minimum(np.abs(_dot(chord, tangent[:, k])) / (apex * (1.0 + 1e-15)), 1.0))
             facing &= (lean <= swing + bend[k] * half[k]) | (half[k] == 0.0)
         return cells.taken(facing), pairs.taken(facing)
 

@@ -15,6 +15,8 @@ from scipy.optimize import brentq, least_squares
 
 from cablecad.brep.spline import fit_centreline
 from cablecad.centreline import Array, Centreline, Curve, Frames, Placement, Side
+from cablecad.model import Cable, Port
+from cablecad.pipeline import solve
 from cablecad.rod.elastica import Inflexional
 from cablecad.rod.elliptic import complete_k
 from cablecad.self_gap import TOLERANCE, _Cells, _OneCurve, _Search, self_gap
@@ -430,3 +432,14 @@ def test_of_a_fit_is_that_of_the_curve(tolerance: float) -> None:
 
 def test_tolerance_is_what_the_docstring_says() -> None:
     assert TOLERANCE == 1e-3
+
+
+def test_a_chord_along_the_tangent_is_no_warning() -> None:
+    """Its cosine may round to more than one, of which there is no angle; warnings are errors here."""
+    end = Port((0.0, 0.0, 0.0), outward=(math.sqrt(0.5), -math.sqrt(0.5), 0.0), straight=0.1)
+    start = Port((1.0, 0.0, 0.0), outward=(0.4894951630885852, -0.8720060121999615, 0.0))
+    bulge = (-0.40089783003826945, 0.6308471062827826, -0.28144242950779164)
+    cable = Cable("W", 0.001, start, end, length=1.1045334039860828, bulge=bulge, allow_contact=True)
+    third = solve(cable, search="wide").equilibria[2]
+    assert third.self_gap is not None
+    assert third.self_gap + cable.diameter == pytest.approx(oracle(third.centreline, 0.02, cells=300), abs=1e-9)

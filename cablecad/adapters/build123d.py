@@ -34,7 +34,6 @@ except ModuleNotFoundError as error:
 
 from cablecad.adapters.ends import End, asked_cable, held, keep_straight, known_end, port_of_frame, seen_from
 from cablecad.adapters.results import CableResults, Results
-from cablecad.brep.check import volume_of
 from cablecad.brep.ports import edge_port, face_port
 from cablecad.model import SHAPE_TOLERANCE, Pin, Port
 from cablecad.pipeline import Built, build
@@ -149,11 +148,6 @@ class Cable(CableResults, b3d.BasePartObject):
             )
         )
         return again
-
-    @property
-    def volume(self) -> float:
-        """The volume, to about 1e-9 of itself: build123d's own is off by up to 17 % on such solids."""
-        return volume_of(self.wrapped)
 
     def _set_joints(self, start: Any, end: Any) -> None:
         """Rigid joints at both ends; a frame that is known is taken as it is, x axis too."""

@@ -102,7 +102,9 @@ def _values(text: str, *, is_text: bool) -> tuple[Any, ...]:
         start, stop = (_number(spread[key].strip()) for key in ("start", "stop"))
         count = cell_value(spread["count"], is_text=False)
         if not isinstance(count, int) or isinstance(count, bool) or not 1 <= count <= _MOST_POINTS:
-            raise UsageError(f"the count {spread['count']!r} of a range must be a whole number of 1 or more")
+            raise UsageError(
+                f"the count {spread['count']!r} of a range must be a whole number from 1 to {_MOST_POINTS}"
+            )
         if count == 1 and start != stop:
             raise UsageError("a range of one value must begin where it ends; write a count of 2 or more")
         # In fractions, so that both ends are met and 0.1:0.7:7 has a 0.3 in it.

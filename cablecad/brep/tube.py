@@ -1,12 +1,12 @@
 """From a fitted centreline to a solid: the tube's faces built directly, without Open Cascade's sweeps.
 
-A side face is the piece's spline of (position, normal, binormal) times an exact rational-quadratic circle of seven
-poles; a straight piece's is a true cylinder. The circles at the caps and between pieces are true circles, so other
-CAD finds the connector's axis; on a spline side they need a parameter curve, u(angle), which is the same for every
-tube. `method="pipe_shell"` hands the spine to Open Cascade's sweep instead: an independent oracle, slower, for tests
-and for the report of speed against error.
+A side face is the piece's spline of (position, normal, binormal) times an exact rational circle of six poles; a
+straight piece's is a true cylinder. The circles at the caps and between pieces are true circles, so other CAD finds the
+connector's axis; on a spline side they need a parameter curve, u(angle), which is the same for every tube.
+`method="pipe_shell"` hands the spine to Open Cascade's sweep instead: an independent oracle, slower, for tests and for
+the report of speed against error.
 
-Source: for the circle, L. Piegl, W. Tiller, A menagerie of rational B-spline circles, IEEE CG&A 9 (1989) 48-56.
+Source: for the circle, J. J. Chou, Higher order Bezier circles, Computer-Aided Design 27 (1995) 303-309.
 """
 
 from __future__ import annotations
@@ -55,24 +55,24 @@ Method = Literal["direct", "pipe_shell"]
 
 _FORWARD, _REVERSED = TopAbs_Orientation.TopAbs_FORWARD, TopAbs_Orientation.TopAbs_REVERSED
 
-# The unit circle as three arcs of 120 degrees: on-circle poles of weight 1 and corners of weight cos 60 = 1/2.
-_CIRCLE_POLES = np.array([[1.0 if i % 2 == 0 else 2.0] for i in range(7)]) * np.array(
-    [[math.cos(i * math.pi / 3.0), math.sin(i * math.pi / 3.0)] for i in range(7)]
-)
-_CIRCLE_WEIGHTS = np.array([1.0, 0.5, 1.0, 0.5, 1.0, 0.5, 1.0])[:, None]
-_THIRDS = np.array([0.0, 1.0, 2.0, 3.0]) / 3.0
-_CIRCLE_KNOTS = KnotVector(2, _THIRDS, [3, 2, 2, 3])
+# The unit circle as one Bezier curve of degree five, the least with positive weights: as smooth around as along, which
+# Open Cascade's offsets ask for. Three quadratic arcs would have a pole more, and are no more than C0 to it.
+_CIRCLE_POLES = np.array([[1.0, 0.0], [1.0, 4.0], [-3.0, 2.0], [-3.0, -2.0], [1.0, -4.0], [1.0, 0.0]])
+_CIRCLE_WEIGHTS = np.array([5.0, 1.0, 1.0, 1.0, 1.0, 5.0])[:, None]
+_CIRCLE_KNOTS = KnotVector(5, [0.0, 1.0], [6, 6])
 
 _CIRCLE_SLIP = 1e-8
 """How far a cap's parameter curve may slip along the true circle [mm]: a tenth of Open Cascade's edge tolerance. The
 shape is not touched by it, for both curves lie on the same circle."""
 
-_CIRCLE_ERROR, _CIRCLE_BASE = 0.29, 3.0 + math.sqrt(8.0)
-"""The error of a parameter curve [rad] is below 0.29 / 5.83^degree for odd degrees (an even one adds nothing to an odd
-function): tan(psi / 2) has its poles at psi = +-180 degrees, three times as far from an arc's middle as its ends."""
+_CIRCLE_ERRORS = (1.25, 2.1, 1.5)
+"""The error of a parameter curve of one, two or three arcs n [rad] is below these by base^degree, for odd degrees, with
+the base n + 1 + sqrt((n + 1)^2 - 1): tan(psi / 4) has its poles at psi = +-360 degrees, which from the middle of an
+outer arc is n + 1 times as far as its ends."""
 
-_CIRCLE_DEGREES = 5, 19
-"""Least and greatest degree of a parameter curve: beyond the greatest, rounding is all that is left of the error."""
+_CIRCLE_DEGREES = 5, 17
+"""Least and greatest degree of a parameter curve; a higher one would be rounded away in Open Cascade, which evaluates
+it by its powers."""
 
 _EDGE_TOLERANCE = 1e-7
 """Open Cascade's own confusion distance [mm]; never less, more only where coordinates are so large that they round."""
@@ -93,10 +93,10 @@ def build_tube(fit: FittedCentreline, radius: float, *, method: Method = "direct
         UsageError: There is no such method.
         GeometryError: Open Cascade failed.
 
-    Limits: BRepCheck and Open Cascade's own use of the solid are right for lengths up to 1e5 radii at least
-    (tests/brep/test_tube.py). Beyond 3e5 its healing, which reads STEP, may turn so thin a solid inside out. Its mesher
-    may join the seam to itself straight across a side face and leave the strip out: it did so in one mesh of a
-    thousand on plane curves, in one of seven on steep helices, and never on two half faces in place of one.
+    Limits: Open Cascade's own use of the solid, healing and reading STEP among it, is right for lengths up to 1e8 radii
+    (tests/brep/test_tube.py), as long as radii are above its confusion of 1e-7 mm: from 1e-6 mm on. Its mesher may join
+    the seam to itself straight across a side face and leave the strip out: it did so in none of 3000 meshes of plane
+    curves, in one of a hundred of steep helices.
     """
     if method not in get_args(Method):
         raise UsageError(f"no method {method!r} to make a tube; take one of {', '.join(get_args(Method))}")
@@ -191,7 +191,7 @@ def _side(
         around = (
             _line2d(0.0, v, 1.0, 0.0)
             if isinstance(piece, Line)
-            else cast(Geom2d_Curve, _circle_parameter(_circle_degree(radius), v).Copy())
+            else cast(Geom2d_Curve, _circle_parameter(*_circle_form(radius), v).Copy())
         )
         builder.UpdateEdge(station.circle, around, face, tolerance)
     wire = TopoDS_Wire()
@@ -210,7 +210,7 @@ def _spline_side(piece: FittedPiece, radius: float) -> tuple[Geom_Surface, Geom_
     """The surface spline times circle, and its seam at u = 0."""
     position, normal, binormal = piece.poles[:, 0:3], piece.poles[:, 3:6], piece.poles[:, 6:9]
     a, b = radius * _CIRCLE_POLES[:, 0, None, None], radius * _CIRCLE_POLES[:, 1, None, None]
-    poles = position + a * normal + b * binormal  # (7, spans + 9, 3)
+    poles = position + a * normal + b * binormal  # (6, spans + 9, 3)
     along = KnotVector(DEGREE, piece.knots, _clamped_multiplicities(len(piece.knots), DEGREE))
     surface = bspline_surface(poles, _CIRCLE_WEIGHTS, _CIRCLE_KNOTS, along)
     return surface, surface.UIso(0.0)
@@ -233,36 +233,39 @@ def _cap(builder: BRep_Builder, station: _Station, radius: float, tolerance: flo
 
 
 @lru_cache(maxsize=16)
-def _circle_parameter(degree: int, v: float) -> Geom2d_BSplineCurve:
+def _circle_parameter(arcs: int, degree: int, v: float) -> Geom2d_BSplineCurve:
     """A circle on a spline side at constant `v`: u as a function of the angle on the true circle [rad].
 
-    On an arc of half-angle beta the rational quadratic with parameter t runs through the angle psi from its middle by
-    t = (1 + tan(psi / 2) / tan(beta / 2)) / 2, which is a Bezier curve here, through Chebyshev's points. Between arcs u
-    is C1 but for its error.
+    The rational curve with parameter t runs through the angle psi from its middle by t = (1 + tan(psi / 4)) / 2. Here
+    each of some equal arcs of that is a Bezier curve, through Chebyshev's points.
     """
-    beta = math.pi / 3.0
     share = (1.0 - np.cos(np.linspace(0.0, math.pi, degree + 1))) / 2.0
-    t = (1.0 + np.tan((share - 0.5) * beta) / math.tan(beta / 2.0)) / 2.0
+    t = (1.0 + np.tan(((np.arange(arcs)[:, None] + share) / arcs - 0.5) * (math.pi / 2.0))) / 2.0
+    t[0, 0], t[-1, -1] = 0.0, 1.0
     powers = np.arange(degree + 1)
     choose = [math.comb(degree, k) for k in range(degree + 1)]
-    arc = np.linalg.solve(choose * share[:, None] ** powers * (1.0 - share[:, None]) ** powers[::-1], t)
-    arc[[0, -1]] = 0.0, 1.0
-    poles = np.concatenate([(arc[0 if i == 0 else 1 :] + i) / 3.0 for i in range(3)])
+    bernstein = choose * share[:, None] ** powers * (1.0 - share[:, None]) ** powers[::-1]
+    each = np.linalg.solve(bernstein, t.T).T
+    each[:, [0, -1]] = t[:, [0, -1]]
+    poles = np.append(each[:, :-1], 1.0)
+    multiplicities = np.full(arcs + 1, degree)
+    multiplicities[[0, -1]] = degree + 1
     points = np.stack([poles, np.full(len(poles), v)], axis=1)
+    knots = np.linspace(0.0, 2.0 * math.pi, arcs + 1)
     return Geom2d_BSplineCurve(
-        array1_of_points2d(points),
-        array1_of_doubles(_THIRDS * (2.0 * math.pi)),
-        array1_of_ints([degree + 1, degree, degree, degree + 1]),
-        degree,
-        False,
+        array1_of_points2d(points), array1_of_doubles(knots), array1_of_ints(multiplicities), degree, False
     )
 
 
-def _circle_degree(radius: float) -> int:
-    """Degree of the parameter curve that lets it slip by `_CIRCLE_SLIP` at most."""
+def _circle_form(radius: float) -> tuple[int, int]:
+    """Arcs and degree of the parameter curve that lets it slip by `_CIRCLE_SLIP` at most: the fewest arcs that do."""
     least, greatest = _CIRCLE_DEGREES
-    degree = math.ceil(math.log(_CIRCLE_ERROR * radius / _CIRCLE_SLIP, _CIRCLE_BASE))
-    return min(max(degree | 1, least), greatest)
+    for arcs, error in enumerate(_CIRCLE_ERRORS, 1):
+        base = arcs + 1.0 + math.sqrt((arcs + 1.0) ** 2 - 1.0)
+        degree = math.ceil(math.log(error * radius / _CIRCLE_SLIP, base)) | 1
+        if degree <= greatest:
+            return arcs, max(degree, least)
+    return len(_CIRCLE_ERRORS), greatest
 
 
 def _clamped_multiplicities(count: int, degree: int) -> NDArray[np.int_]:

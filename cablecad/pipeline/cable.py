@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 WORST_DEVIATION = 1.0 / 20.0
 """A shape tolerance above this share of the radius is lowered to it: beyond it the tube is no tube."""
 
+_LEAST_RADIUS = 1e-6
+"""Of a solid [mm]: Open Cascade takes points within 1e-7 mm for one, and loses much thinner ones when it reads STEP."""
+
 _ROOM = 4.0
 """Self-gaps of more deviations than this need not be measured again on the fit: its own is less by two at most."""
 
@@ -150,7 +153,7 @@ def make_solid(
             check = check_solid(solid, radius=radius, length=fit.length)
     outcome.fit, outcome.check = fit, check
     # Pappus: the volume of a tube with a side off by e differs by 2 e / r at most, 4 e / r with room for its ends.
-    allowed = 4.0 * max(fit.deviation, 1e-7) / radius + 1e-6
+    allowed = 4.0 * max(fit.deviation, 0.0 if method == "direct" else 1e-7) / radius + 1e-6
     if not check.valid or abs(check.volume_error) > allowed:
         raise GeometryError(
             f"the solid failed its check (BRepCheck {'valid' if check.valid else 'not valid'}, "
@@ -162,13 +165,26 @@ def make_solid(
 def _usable_tolerance(outcome: CableOutcome, solution: RodSolution, tolerance: float) -> float:
     """The tolerance within what numbers can keep and what a tube can bear."""
     cable = outcome.cable
+    radius, place = cable.section.radius, f"cables.{cable.name}.diameter"
+    if radius < _LEAST_RADIUS:
+        problem = (
+            "is too small for a solid, for Open Cascade takes points within 1e-7 mm for one: "
+            f"{2.0 * _LEAST_RADIUS:g} mm is the least; give the scene in larger units"
+        )
+        raise SceneError([Mistake(place, problem, cable.diameter)])
     supports = (cable.start_support, cable.end_support)
     reach = max(abs(x) for support in supports if not isinstance(support, Toward) for x in support.position)
     floor = tolerance_floor(reach + solution.length)
     if tolerance < floor:
         problem = f"is below {floor:.3g} mm, the least that numbers can keep for cable {cable.name} at its place"
         raise SceneError([Mistake("tolerance.shape", problem, tolerance)])
-    most = WORST_DEVIATION * cable.section.radius
+    most = WORST_DEVIATION * radius
+    if most < floor:
+        problem = (
+            f"is too small at its place: a solid may be off by {most:.3g} mm, a twentieth of the radius, and numbers "
+            f"keep {floor:.3g} mm there; bring the scene nearer to the origin"
+        )
+        raise SceneError([Mistake(place, problem, cable.diameter)])
     if tolerance > most:
         outcome.notes.append(
             f"tolerance {tolerance:g} mm was lowered to {most:g} mm, a twentieth of the cable's radius"

@@ -55,8 +55,9 @@ def test_lists(scene, axis, values):
     [
         (["cables.W1.length"], "write it as NAME=START:STOP:COUNT"),
         (["cables.W1.length="], "has no values"),
-        (["cables.W1.length=300:400:0"], "must be a whole number of 1 or more"),
-        (["cables.W1.length=300:400:2.5"], "must be a whole number of 1 or more"),
+        (["cables.W1.length=300:400:0"], "must be a whole number from 1 to 10000000"),
+        (["cables.W1.length=300:400:2.5"], "must be a whole number from 1 to 10000000"),
+        (["cables.W1.length=300:400:99999999"], "must be a whole number from 1 to 10000000"),
         (["cables.W1.length=300:400:1"], "a range of one value must begin where it ends"),
         (["cables.W1.length=300:4oo:3"], "'4oo' is no number"),
         (["cables.W1.length=300:400"], "must be a finite number of mm"),

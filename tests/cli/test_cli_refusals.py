@@ -352,6 +352,21 @@ def test_tolerance_above_what_a_tube_can_bear_is_lowered(cli, here):
     assert "warning: cable W1: tolerance 0.5 mm was lowered to 0.1 mm, a twentieth of the cable's radius" in ended.err
 
 
+@pytest.mark.parametrize(
+    ("diameter", "far", "said"),
+    [
+        ("1.9e-6", "0", "cables.W1.diameter = 1.9e-06: is too small for a solid"),
+        ("0.002", "1e10", "cables.W1.diameter = 0.002: is too small at its place: a solid may be off by 5e-05 mm"),
+    ],
+)
+def test_a_cable_too_thin_for_a_solid(cli, here, diameter, far, said):
+    ends = {end: f"{{ position = [{far}, {y}, 0], outward = [0, 0, 1] }}" for end, y in (("start", 0), ("end", 120))}
+    path = write(here / "scene.toml", scene(cable(diameter=diameter, **ends)))
+    assert cli("solve", path).code == 0
+    assert_refused(cli(*COMMANDS["build"], path), 2, [said])
+    assert names(here) == ["scene.toml"]
+
+
 # --- several failures at once ----------------------------------------------------------------------------------------
 
 CONTRADICTING = cable("odd", rise="50")
