@@ -215,8 +215,10 @@ class _Search:
         while stack:
             cells, pairs = self._critical(stack.pop())
             many = np.bincount(pairs.curve, minlength=count)
+            before = self.enough
             self._approach(pairs, self.curves.lengths / cells.parts, starts=_STARTS)
-            enough = self.enough
+            # Beside the critical pair that was found just now its cell may hold another: that takes one more halving.
+            enough = np.maximum(self.enough, np.minimum(before, self.distance))
             here = pairs.curve
             # From all of a few Newton's method has begun already.
             over = (many > _STARTS)[here] & (pairs.least >= enough[here]) & (pairs.least < self.distance[here])

@@ -343,7 +343,7 @@ def compare_with_oracle(seed: int) -> None:
     assert found(curve, radius) + 2.0 * radius == pytest.approx(expected, abs=1e-6 * radius)
 
 
-@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.parametrize("seed", [*range(24), 93])  # 93: two critical pairs in one cell, alike to 1e-3
 def test_against_dense_grid(seed: int) -> None:
     compare_with_oracle(seed)
 
