@@ -1,6 +1,6 @@
 """From a fitted centreline to a solid: the tube's faces built directly, without Open Cascade's sweeps.
 
-A side face is the piece's spline of (position, normal, binormal) times an exact rational circle of six poles; a
+A side face is the piece's spline of (position, normal, binormal) times an exact rational circle of eight poles; a
 straight piece's is a true cylinder. The circles at the caps and between pieces are true circles, so other CAD finds the
 connector's axis; on a spline side they need a parameter curve, u(angle), which is the same for every tube.
 `method="pipe_shell"` hands the spine to Open Cascade's sweep instead: an independent oracle, slower, for tests and for
@@ -55,11 +55,14 @@ Method = Literal["direct", "pipe_shell"]
 
 _FORWARD, _REVERSED = TopAbs_Orientation.TopAbs_FORWARD, TopAbs_Orientation.TopAbs_REVERSED
 
-# The unit circle as one Bezier curve of degree five, the least with positive weights: as smooth around as along, which
-# Open Cascade's offsets ask for. Three quadratic arcs would have a pole more, and are no more than C0 to it.
-_CIRCLE_POLES = np.array([[1.0, 0.0], [1.0, 4.0], [-3.0, 2.0], [-3.0, -2.0], [1.0, -4.0], [1.0, 0.0]])
-_CIRCLE_WEIGHTS = np.array([5.0, 1.0, 1.0, 1.0, 1.0, 5.0])[:, None]
-_CIRCLE_KNOTS = KnotVector(5, [0.0, 1.0], [6, 6])
+# The unit circle as one rational curve of degree five, the least with positive weights: as smooth around as along, as
+# Open Cascade's offsets want it; three quadratic arcs are no more than C0 to it. Two knots bring the poles, else up to
+# four radii away, to two: Open Cascade's boxes are those of the poles, unless it is told to look closer.
+_CIRCLE_WEIGHTS = np.array([45.0, 33.0, 17.0, 9.0, 9.0, 17.0, 33.0, 45.0])[:, None]
+_CIRCLE_POLES = (
+    np.array([[45, 0], [33, 12], [9, 24], [-19, 14], [-19, -14], [9, -24], [33, -12], [45, 0]]) / _CIRCLE_WEIGHTS
+)
+_CIRCLE_KNOTS = KnotVector(5, [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0], [6, 1, 1, 6])
 
 _CIRCLE_SLIP = 1e-8
 """How far a cap's parameter curve may slip along the true circle [mm]: a tenth of Open Cascade's edge tolerance. The
@@ -210,7 +213,7 @@ def _spline_side(piece: FittedPiece, radius: float) -> tuple[Geom_Surface, Geom_
     """The surface spline times circle, and its seam at u = 0."""
     position, normal, binormal = piece.poles[:, 0:3], piece.poles[:, 3:6], piece.poles[:, 6:9]
     a, b = radius * _CIRCLE_POLES[:, 0, None, None], radius * _CIRCLE_POLES[:, 1, None, None]
-    poles = position + a * normal + b * binormal  # (6, spans + 9, 3)
+    poles = position + a * normal + b * binormal  # (8, spans + 9, 3)
     along = KnotVector(DEGREE, piece.knots, _clamped_multiplicities(len(piece.knots), DEGREE))
     surface = bspline_surface(poles, _CIRCLE_WEIGHTS, _CIRCLE_KNOTS, along)
     return surface, surface.UIso(0.0)

@@ -34,7 +34,7 @@ def test_a_tube_of_ours_keeps_its_tolerance_and_its_report_is_true(k, tolerance)
     assert side.deviation <= tolerance
     # The report's is between points of equal parameters, which bounds the distance of surfaces from above.
     assert 0.2 * fit.deviation < side.deviation <= fit.deviation * 1.01 + 1e-11
-    assert side.poles == 6 * (fit.spans + 9)
+    assert side.poles == 8 * (fit.spans + 9)
 
 
 def test_the_sweeps_of_open_cascade_are_measured_alike():
