@@ -98,7 +98,7 @@ def build_tube(fit: FittedCentreline, radius: float, *, method: Method = "direct
 
     Limits: Open Cascade's own use of the solid, healing and reading STEP among it, is right for lengths up to 1e8 radii
     (tests/brep/test_tube.py), as long as radii are above its confusion of 1e-7 mm: from 1e-6 mm on. Its mesher may join
-    the seam to itself straight across a side face and leave the strip out: it did so in none of 3000 meshes of plane
+    the seam to itself straight across a side face and leave the strip out: it did so in none of 1500 meshes of plane
     curves, in one of a hundred of steep helices.
     """
     if method not in get_args(Method):
