@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from numbers import Integral, Real
 from typing import NamedTuple, Self
@@ -112,7 +113,7 @@ def unit(vector: Vector) -> Vector:
     return x, y, z
 
 
-class Checked:
+class Checked(ABC):
     """Base of the dataclasses that refuse to be made with mistakes in them."""
 
     __slots__ = ()
@@ -127,8 +128,9 @@ class Checked:
         if mistakes:
             raise SceneError(mistakes)
 
+    @abstractmethod
     def _mistakes(self) -> Iterator[Mistake]:
-        raise NotImplementedError  # pragma: no cover - every subclass defines it
+        """What is wrong with the values."""
 
     @classmethod
     def _trusted(cls, **values: object) -> Self:
