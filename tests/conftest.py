@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import os
 import signal
 import subprocess
@@ -34,22 +33,17 @@ class Ended:
 
 
 @pytest.fixture
-def cli(capfd: pytest.CaptureFixture[str]) -> Iterator[Callable[..., Ended]]:
+def cli(capfd: pytest.CaptureFixture[str]) -> Callable[..., Ended]:
     """Call the command line in this process: ``cli("solve", path)``; what Open Cascade prints is caught too."""
     from cablecad.cli.group import cablecad
     from cablecad.cli.session import run_command
-
-    logger = logging.getLogger("cablecad")
-    level, handlers = logger.level, logger.handlers[:]
 
     def call(*arguments: object) -> Ended:
         capfd.readouterr()
         code = run_command(cablecad, [os.fspath(a) if isinstance(a, os.PathLike) else str(a) for a in arguments])
         return Ended(code, *capfd.readouterr())
 
-    yield call
-    logger.setLevel(level)
-    logger.handlers[:] = handlers
+    return call
 
 
 @pytest.fixture

@@ -122,6 +122,7 @@ def _forget_stdout() -> None:
 
 def run_command(command: click.Command, arguments: list[str] | None) -> int:
     """Run the command line and return its exit code; nothing escapes as a traceback unless -v asks for it."""
+    level = _log.level
     _log.setLevel(logging.WARNING)
     _log.addHandler(_remarks)
     try:
@@ -139,6 +140,9 @@ def run_command(command: click.Command, arguments: list[str] | None) -> int:
         return 0
     except Exception as error:  # noqa: BLE001 - the last line of defence: exit code 1 means a bug, never a raw traceback
         return _interrupted() if interrupt.came else _failed(error)
+    finally:  # whoever called is left with the log as it was
+        _log.removeHandler(_remarks)
+        _log.setLevel(level)
     return result if isinstance(result, int) else 0
 
 

@@ -168,15 +168,14 @@ class Jacobian:
         s, q = self._bottom(x)
         s2 = s * s
         # Each step takes q from below, and q dn, which at the bottom are one; what it leaves is q dn of the next.
-        q_dn, swing, last = q, 0.0, len(self._steps) - 1
-        for i, (aa, ga, weight) in enumerate(self._steps):
+        q_dn, swing = q, 0.0
+        for aa, ga, weight in self._steps:
             above = q * q
             below = s2 * aa
             below += above
             above += s2 * ga
             q, share = q_dn, q_dn / below
-            if i < last:
-                q_dn = share * above
+            q_dn = share * above
             share *= weight
             swing += share
         above /= below
