@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from operator import attrgetter
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,15 +13,40 @@ from cablecad.rod.polish import Middle
 from cablecad.rod.taut import Taut, wrap
 from cablecad.rod.trial import Array
 
-SMOOTH_MODES = 24
-SMOOTH_OMEGA = 7.0
-"""Up to this omega 24 modes give angles to 3e-7 at worst, from where one step of Newton's method on the middle goes to
-rounding."""
-
 SHARP_MODES = 44
 """Legendre modes of the finest discretisation: boundary layers of omega = 36 to 1e-8."""
 
+_MODES = ((7.0, 24), (11.0, 32))
+"""Legendre modes that do up to an omega: they give the angles of 999 in 1000 shapes to 5e-6, from where few steps of
+Newton's method on the middle go to rounding (tests/experiments/planar_counts.py)."""
+
+_FORCELESS = 1e-7
+"""Below this omega, force over EI times length squared of 1e-14, a shape is a circle or a line to rounding."""
+
 _TURN = 2.0 * np.pi
+
+
+class Numbers(NamedTuple):
+    """What there is to say of one equilibrium in single numbers; see `Equilibria`."""
+
+    winding: int
+    side: int
+    inflections: int
+    energy: float
+    kappa_max: float
+    omega: float
+    kappa: float
+    lean: float
+    tension: bool
+
+    @property
+    def branch(self) -> str:
+        """What the pendulum does: swings, goes over the top, or feels no force."""
+        if self.omega < _FORCELESS:
+            return "circle" if abs(self.kappa) > _FORCELESS else "line"
+        half = self.lean / 2.0
+        cosine = math.sin(half) if self.tension else math.cos(half)  # of half the angle from the compression
+        return "inflexional" if abs(self.kappa) <= 2.0 * self.omega * abs(cosine) else "non-inflexional"
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +166,11 @@ class Equilibria:
 
     def take(self, index: Any) -> Equilibria:
         """Some of them."""
-        return Equilibria(*(getattr(self, f.name)[index] for f in fields(self)))
+        return Equilibria(*[array[index] for array in _arrays(self)])
+
+    def numbers(self) -> list[Numbers]:
+        """Of each the single numbers."""
+        return list(map(Numbers._make, zip(*(getattr(self, name).tolist() for name in Numbers._fields), strict=True)))
 
     def of(self, scene: int) -> Equilibria:
         """Those of one scene, best first."""
@@ -177,6 +208,16 @@ class Equilibria:
             cosine, sine = np.cos(shape.direction)[:, None], np.sin(shape.direction)[:, None]
             position[pulled] = np.stack([cosine * along - sine * across, sine * along + cosine * across], axis=-1)
         return theta, kappa, position
+
+
+_arrays = attrgetter(*(f.name for f in fields(Equilibria)))
+
+
+def modes_for(omega: Array) -> np.ndarray:
+    """How many Legendre modes discretise shapes of these omega, shape (n,)."""
+    limits, counts = zip(*_MODES, strict=True)
+    modes: np.ndarray = np.array([*counts, SHARP_MODES])[np.searchsorted(limits, omega, side="right")]
+    return modes
 
 
 def sides(heights: Array) -> np.ndarray:

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cablecad.rod.classify import classify
-from cablecad.rod.equilibria import SHARP_MODES, SMOOTH_MODES, SMOOTH_OMEGA, Equilibria, absolute, sides
+from cablecad.rod.equilibria import SHARP_MODES, Equilibria, absolute, modes_for, sides
 from cablecad.rod.midpoint import CONTRACTION, Held, Reach, State, carry, refine
 from cablecad.rod.midpoint import wrap as wrap_one
 from cablecad.rod.planar import RESIDUAL, solve_planar
@@ -200,7 +200,7 @@ def _step(last: Equilibria, target: _Place, torsion_ratio: float | None) -> Equi
     held = bool(last.held[0, 0]), bool(last.held[0, 1])
     if not any(held) and target.excess > 1.0 - 1e-9:
         return None  # pins at one point: the turn is free, and only the search handles it
-    modes = SMOOTH_MODES if last.omega[0] < SMOOTH_OMEGA else SHARP_MODES
+    modes = int(modes_for(last.omega)[0])
     space = ritz(*held, modes)
     old = float(last.frame[0])
     frame = target.frame(old)

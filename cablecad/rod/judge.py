@@ -15,11 +15,12 @@ from typing import Any, Literal
 import numpy as np
 
 from cablecad.rod.course import Course
-from cablecad.rod.equilibria import SHARP_MODES, SMOOTH_MODES, SMOOTH_OMEGA, Equilibria
+from cablecad.rod.equilibria import Equilibria, modes_for
 from cablecad.rod.midpoint import State
 from cablecad.rod.ritz import ritz
 from cablecad.rod.stability import NEUTRAL, forms_at_nodes, stability
 from cablecad.rod.steady import is_steady
+from cablecad.rod.trace import Trace
 from cablecad.rod.trial import Array, TrialSpace, legendre, trial_space
 
 TRIAL_MODES = (
@@ -188,37 +189,41 @@ class RowStability:
     """The `Stability` of a single row, found as far as it is asked for: a verdict costs less than a margin.
 
     Attributes:
-        row: The equilibrium.
+        trace: Of the equilibrium.
         spin: ``"clamped"`` where the twist's stiffness takes part, else ``"free"``.
     """
 
-    row: Equilibria
+    trace: Trace
     spin: str
 
     @property
     def in_plane(self) -> float:
         """Least eigenvalue in the plane."""
-        return float(self.row.margin_in_plane[0])
+        return float(self.trace.row.margin_in_plane[0])
 
     @property
     def out_of_plane(self) -> float:
         """Least eigenvalue out of the plane."""
-        return float(self.row.margin_out_of_plane[0])
+        return float(self.trace.row.margin_out_of_plane[0])
 
     @property
     def free_turn(self) -> bool:
         """Whether a turn about an axis of the ends was left out of `out_of_plane`."""
-        return bool(self.row.free_turn[0])
+        return bool(self.trace.row.free_turn[0])
 
     @property
     def stable_in_plane(self) -> bool:
         """Whether every small motion in the plane costs energy."""
-        return bool(self.row.stable_in_plane[0])
+        return self._verdict(0)
 
     @property
     def stable_out_of_plane(self) -> bool:
         """Whether every small motion out of the plane costs energy, turns about free axes left out."""
-        return bool(self.row.stable_out_of_plane[0])
+        return self._verdict(1)
+
+    def _verdict(self, plane: Plane) -> bool:
+        known = int(self.trace.among.verdict[self.trace.place, plane]) or int(decide(self.trace.row, plane)[0])
+        return known > 0
 
 
 def _chord(some: Equilibria) -> Array:
@@ -239,20 +244,19 @@ def discretise(found: Equilibria) -> Array:
     """Modes of all rows, shape (n, 46); missing ones as c_j = int kappa p_j ds over the exact shape."""
     unknown = np.isnan(found.z[:, 0])
     if unknown.any():
-        for smooth in (True, False):
-            rows = np.flatnonzero(unknown & ((found.omega < SMOOTH_OMEGA) == smooth))
-            if len(rows):
-                some = found.take(rows) if len(rows) < len(found) else found
-                modes = SMOOTH_MODES if smooth else SHARP_MODES
-                s, weighted = _projection(modes)
-                if len(some) == 1 and not some.taut[0]:
-                    state = State(*(getattr(some, name).item() for name in State._fields))
-                    kappa = Course(state).at(s - 0.5).kappa[None]
-                else:
-                    kappa = some.at(s)[1]
-                found.z[rows] = 0.0
-                found.z[rows, 0], found.z[rows, 1] = some.theta0 - some.frame, some.theta1 - some.frame
-                found.z[rows, 2 : modes + 2] = kappa @ weighted
+        counts = modes_for(found.omega)
+        for modes in np.unique(counts[unknown]).tolist():
+            rows = np.flatnonzero(unknown & (counts == modes))
+            some = found.take(rows) if len(rows) < len(found) else found
+            s, weighted = _projection(modes)
+            if len(some) == 1 and not some.taut[0]:
+                state = State(*(getattr(some, name).item() for name in State._fields))
+                kappa = Course(state).at(s - 0.5).kappa[None]
+            else:
+                kappa = some.at(s)[1]
+            found.z[rows] = 0.0
+            found.z[rows, 0], found.z[rows, 1] = some.theta0 - some.frame, some.theta1 - some.frame
+            found.z[rows, 2 : modes + 2] = kappa @ weighted
     return found.z
 
 

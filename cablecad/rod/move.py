@@ -20,6 +20,7 @@ from cablecad.rod.follow import follow_planar
 from cablecad.rod.solution import RodSolution
 from cablecad.rod.solve import solve_rod
 from cablecad.rod.span import span_of
+from cablecad.rod.trace import Trace
 from cablecad.rod.two_point import equilibrium_of, solution_of, torsion_ratio
 
 _JUMP = 0.25
@@ -76,7 +77,7 @@ def move_solution(
             f"the equilibrium of cable {cable.name} ceased to exist on the way to the moved ends, or the move was too "
             "large to follow; solve the moved cable anew, or move in smaller steps"
         )
-    reached = equilibrium_of(cable, span, row, 0, ratio)
+    reached = equilibrium_of(cable, Trace(span, row), row.numbers()[0], ratio)
     solution = solution_of(cable, float(cable.length), span, (reached,), 0, "followed from the last solution")
     return replace(solution, find_notes=lambda: _notes(last, solution, trace.span.e3, span.e3))
 

@@ -42,7 +42,7 @@ def measure_outlines(solutions: Iterable[RodSolution]) -> None:
 def _plain_trace(one: RodSolution) -> Trace | None:
     """The solver's own state of a solution whose free part is one elastica that nobody has drawn yet."""
     chosen = one.equilibrium
-    if chosen.trace is None or chosen.trace.row.taut[0] or "shape" in chosen.__dict__ or "ends" in chosen.__dict__:
+    if chosen.trace is None or chosen.trace.is_taut or "shape" in chosen.__dict__ or "ends" in chosen.__dict__:
         return None
     return chosen.trace
 

@@ -20,7 +20,7 @@ from typing import Any, Literal
 import numpy as np
 
 from cablecad.rod.classify import classify, classify_taut, padded
-from cablecad.rod.equilibria import SHARP_MODES, SMOOTH_MODES, SMOOTH_OMEGA, Equilibria, absolute, join, ranked
+from cablecad.rod.equilibria import SHARP_MODES, Equilibria, absolute, join, modes_for, ranked
 from cablecad.rod.polish import polish
 from cablecad.rod.problem import Problem
 from cablecad.rod.ritz import descend, first_force, newton, ritz
@@ -38,6 +38,9 @@ ONE_POINT = 1e-12
 
 CHUNK = 512
 """Scenes that go through together, an eighth of it in a wide search: 100 MB (wide 400), and no faster with more."""
+
+_FEW = 24
+"""Up to so many near solutions are finished in one go, by the modes of the hardest."""
 
 RESIDUAL = 1e-12
 """Largest unmet end condition of a solution: position over length, angle in radians."""
@@ -203,14 +206,13 @@ def _first_force(problem: Problem, z: Array) -> Array:
 
 def _finish(problem: Problem, scene: np.ndarray, z: Array, force: Array) -> list[Equilibria]:
     """From near solutions to equilibria."""
-    # By scene, so that one scene goes through once.
-    hardest = np.zeros(len(problem.excess))
-    np.maximum.at(hardest, scene, np.hypot(force[:, 0], force[:, 1]))
-    smooth = hardest[scene] < SMOOTH_OMEGA**2
+    omega = np.sqrt(np.hypot(force[:, 0], force[:, 1]))
+    # Few go through at once: calls of numpy cost more than modes.
+    modes = modes_for(omega if len(omega) > _FEW else np.full(len(omega), omega.max(initial=0.0)))
     done: list[Equilibria] = []
-    for modes, rows in ((SMOOTH_MODES, np.flatnonzero(smooth)), (SHARP_MODES, np.flatnonzero(~smooth))):
-        if len(rows):
-            done.append(_finish_with(problem, modes, scene[rows], z[rows, : modes + 2], force[rows]))
+    for count in np.unique(modes).tolist():
+        rows = np.flatnonzero(modes == count)
+        done.append(_finish_with(problem, count, scene[rows], z[rows, : count + 2], force[rows]))
     return done
 
 

@@ -185,7 +185,6 @@ def _trace(solution: RodSolution) -> Trace:
     ).equilibria
     wanted = solution.equilibrium
     for i in range(len(rows)):
-        row = rows.take(slice(i, i + 1))
-        if row.inflections[0] == wanted.inflections and row.side[0] == wanted.side:
-            return Trace(span, row)
+        if rows.inflections[i] == wanted.inflections and rows.side[i] == wanted.side:
+            return Trace(span, rows, i)
     raise UsageError(f"the equilibrium of cable {solution.cable.name} was not found again between pins")

@@ -18,7 +18,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from cablecad.rod.trial import Array, gauss_legendre, legendre
+from cablecad.rod.trial import Array, gauss_legendre, integrals, legendre, products
 
 _CAP = 1.0
 """Largest change of an angle in one step [rad]; beyond it the quadratic model of sin and cos means nothing."""
@@ -58,6 +58,8 @@ class Ritz:
         stiffness: Of the energy, shape (m + 2, m + 2).
         free: Indices of the unknowns: the modes, and a0, a1 where they are pins.
         middle: Functions at s = 1/2, and in the second row their slopes, shape (2, m + 2).
+        bending: The stiffness of the unknowns, shape (d, d).
+        products: Of two unknowns' functions at each node times its weight, shape (q, d d).
     """
 
     s: Array
@@ -67,21 +69,34 @@ class Ritz:
     stiffness: Array
     free: np.ndarray
     middle: Array
+    bending: Array
+    products: Array
 
 
 @lru_cache(maxsize=32)
 def ritz(start_clamped: bool, end_clamped: bool, modes: int) -> Ritz:
     """The discretisation for given ends; 1.5 Gauss points a mode and a few integrate sin(theta) as well as theta."""
     s, weights = gauss_legendre((3 * modes) // 2 + 6)
-    _, integrals = legendre(s, modes)
+    _, modal = legendre(s, modes)
     half = np.array([0.5])
     slopes, values = legendre(half, modes)
-    functions = np.column_stack([1.0 - s, s, integrals])
+    functions = np.column_stack([1.0 - s, s, modal])
     middle = np.stack([np.r_[0.5, 0.5, values[0]], np.r_[-1.0, 1.0, slopes[0]]])
     stiffness = np.eye(modes + 2)
     stiffness[0, 1] = stiffness[1, 0] = -1.0
     ends = [i for i, clamped in enumerate((start_clamped, end_clamped)) if not clamped]
-    return Ritz(s, weights, functions, functions.T / 2.0, stiffness, np.array([*ends, *range(2, modes + 2)]), middle)
+    free = np.array([*ends, *range(2, modes + 2)])
+    return Ritz(
+        s,
+        weights,
+        functions,
+        functions.T / 2.0,
+        stiffness,
+        free,
+        middle,
+        stiffness[np.ix_(free, free)],
+        products(functions[:, free], weights),
+    )
 
 
 def gap(space: Ritz, z: Array, excess: Array) -> tuple[Array, Array, Array]:
@@ -94,12 +109,9 @@ def gap(space: Ritz, z: Array, excess: Array) -> tuple[Array, Array, Array]:
     return sine, 1.0 - short, miss
 
 
-def hessian(space: Ritz, tension: Array, functions: Array, stiffness: Array) -> Array:
-    """Hessian of the Lagrangian in given functions, from n.t at the nodes, shape (n, d, d)."""
-    weighted = functions.T * (tension * space.weights)[:, None, :]
-    product: Array = weighted @ functions
-    product += stiffness
-    return product
+def hessian(space: Ritz, tension: Array) -> Array:
+    """Hessian of the Lagrangian in the unknowns, from n.t at the nodes, shape (n, d, d)."""
+    return integrals(space.products, tension, space.bending)
 
 
 def descend(space: Ritz, z: Array, excess: Array, *, iterations: int = ITERATIONS) -> tuple[Array, Array, Array]:
@@ -116,7 +128,7 @@ def descend(space: Ritz, z: Array, excess: Array, *, iterations: int = ITERATION
     """
     out, force, reached = z.copy(), np.zeros((len(z), 2)), np.zeros(len(z), dtype=bool)
     index = np.arange(len(z))
-    functions, stiffness = space.functions[:, space.free], space.stiffness[np.ix_(space.free, space.free)]
+    functions = space.functions[:, space.free]
     slopes = np.ascontiguousarray(space.stiffness[:, space.free])
     rows, turned = functions * space.weights[:, None], functions.T.copy()
     lam, weight = np.zeros((len(z), 2)), np.ones(len(z))
@@ -128,7 +140,7 @@ def descend(space: Ritz, z: Array, excess: Array, *, iterations: int = ITERATION
         slope = z @ slopes
         if step_count == 0:
             lam = _multipliers(triangle, _along(unit, slope))
-        form = hessian(space, _across(lam * _SIGNS, trig[:, ::-1]), functions, stiffness)
+        form = hessian(space, _across(lam * _SIGNS, trig[:, ::-1]))
         back = _solve_lower(triangle, -miss)
         back *= np.minimum(1.0, _BACK / np.sqrt(np.einsum("ni,ni->n", back, back) + 1e-300))[:, None]
         across = _across(back, unit)
@@ -305,7 +317,7 @@ def respond(space: Ritz, z: Array, force: Array) -> tuple[Array, Array]:
     tension = force[:, :1] * cosine + force[:, 1:] * sine
     d = len(space.free)
     system = np.zeros((len(z), d + 2, d + 2))
-    system[:, :d, :d] = hessian(space, tension, functions, space.stiffness[np.ix_(space.free, space.free)])
+    system[:, :d, :d] = hessian(space, tension)
     system[:, d, :d] = (sine * space.weights) @ functions
     system[:, d + 1, :d] = (cosine * space.weights) @ functions
     system[:, :d, d:] = np.swapaxes(system[:, d:, :d], 1, 2)

@@ -93,7 +93,7 @@ def _judge_first(rows: Equilibria, first: Indices) -> None:
 def _plain_trace(one: Equilibrium) -> Trace | None:
     """The solver's own state of an equilibrium of one elastica whose self-gap nobody has asked for yet."""
     trace = one.trace
-    return None if trace is None or "self_gap" in one.__dict__ or trace.row.taut[0] else trace
+    return None if trace is None or "self_gap" in one.__dict__ or trace.is_taut else trace
 
 
 def _measure_gaps(some: list[tuple[Equilibrium, Trace]], rows: Equilibria) -> None:

@@ -234,7 +234,7 @@ def _in_plane(
     space: TrialSpace, cosine: Array, sine: Array, tension: Array, chord: Array, pins: bool
 ) -> tuple[Array, Array]:
     """The form in the plane, and the rows that motions are normal to."""
-    return _form(space, tension), _held_rows(
+    return space.form(tension), _held_rows(
         space, cosine, sine, np.hypot(chord[..., 0], chord[..., 1]) <= PARALLEL if pins else None
     )
 
@@ -255,7 +255,7 @@ def _out_of_plane(
     length = np.hypot(chord[..., 0], chord[..., 1])
     held = torsion_ratio is not None
     modes, free = _zero_modes(space, cosine, sine, chord, length, ends, start_clamped, end_clamped, held)
-    form = _form(space, tension - kappa**2)
+    form = space.form(tension - kappa**2)
     if held:
         twist = kappa @ space.weighted
         form += (np.asarray(torsion_ratio)[..., None] * twist)[..., :, None] * twist[..., None, :]
@@ -270,13 +270,6 @@ def _held_rows(space: TrialSpace, cosine: Array, sine: Array, turn_free: Any) ->
         turn = np.broadcast_to(space.mean, rows[..., :1, :].shape)
         rows = np.concatenate([rows, np.where(np.asarray(turn_free)[..., None, None], turn, 0.0)], axis=-2)
     return rows
-
-
-def _form(space: TrialSpace, potential: Array) -> Array:
-    """int v_i' v_j' + potential v_i v_j ds, shape (..., m, m)."""
-    product: Array = space.values.T @ (potential[..., :, None] * space.weighted)
-    product += space.stiffness
-    return product
 
 
 def _zero_modes(

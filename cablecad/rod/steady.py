@@ -54,7 +54,7 @@ def is_steady(
     weighted = space.weighted
     tension = force[0] * cosine + force[1] * sine
     potential = np.stack([tension, tension - kappa * kappa])
-    forms = space.stiffness + space.values.T @ (potential[:, :, None] * weighted)
+    forms = space.form(potential)
     mean, across, along = space.mean, sine @ weighted, cosine @ weighted
     pins = not start_clamped and not end_clamped
     length = math.hypot(*chord)

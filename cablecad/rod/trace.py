@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,15 +19,23 @@ class Trace:
 
     Attributes:
         span: The free part of the cable, its plane and its scale.
-        row: The equilibrium of a rod of length one, a single row.
-        among: All that were found with it, of which `row` is a slice; None where it was found alone.
+        among: Equilibria of rods of length one, all that were found with this one.
         place: Where in them it is.
     """
 
     span: Span
-    row: Equilibria
-    among: Equilibria | None = field(default=None, repr=False, compare=False)
+    among: Equilibria = field(repr=False, compare=False)
     place: int = 0
+
+    @cached_property
+    def row(self) -> Equilibria:
+        """The equilibrium of a rod of length one, a single row: a slice of all, whose arrays it shares."""
+        return self.among.take(slice(self.place, self.place + 1))
+
+    @property
+    def is_taut(self) -> bool:
+        """Whether the shape is the closed form of `Taut`."""
+        return bool(self.among.taut[self.place])
 
 
 def gathered(traces: Sequence[Trace]) -> Equilibria:

@@ -29,6 +29,9 @@ PANEL_TURN = 2.0
 _POINTS_OVER_MODES = 1.5
 """Gauss points a function: products of three smooth factors stay exact to rounding well before 2."""
 
+_MOST_IN_PRODUCTS = 48
+"""Functions up to which their products are kept: 1.4 MB. A single form of more is quicker without them."""
+
 
 @dataclass(frozen=True, slots=True)
 class TrialSpace:
@@ -41,6 +44,7 @@ class TrialSpace:
         stiffness: int v_i' v_j' ds, shape (m, m).
         weighted: `values` times the weights, shape (q, m).
         mean: int v_i ds, shape (m,).
+        products: Of two functions at each node times its weight, shape (q, m m); None where there are many functions.
     """
 
     s: Array
@@ -49,6 +53,31 @@ class TrialSpace:
     stiffness: Array
     weighted: Array
     mean: Array
+    products: Array | None
+
+    def form(self, potential: Array) -> Array:
+        """int v_i' v_j' + potential v_i v_j ds for potentials at the nodes, shape (..., q), as (..., m, m)."""
+        if self.products is not None:
+            return integrals(self.products, potential, self.stiffness)
+        form: Array = self.values.T @ (potential[..., :, None] * self.weighted)
+        form += self.stiffness
+        return form
+
+
+def products(functions: Array, weights: Array) -> Array:
+    """Of two functions at each node times its weight: `functions` of shape (q, m) give (q, m m); see `integrals`."""
+    count = functions.shape[1]
+    return np.asarray((functions[:, :, None] * functions[:, None, :] * weights[:, None, None]).reshape(-1, count**2))
+
+
+def integrals(products: Array, potential: Array, stiffness: Array) -> Array:
+    """`stiffness` and int potential v_i v_j ds for potentials at the nodes, shape (..., q), as (..., m, m).
+
+    One product of two matrices for all of them, in half the time of as many small ones.
+    """
+    form: Array = (potential @ products).reshape(*potential.shape[:-1], *stiffness.shape)
+    form += stiffness
+    return form
 
 
 def gauss_legendre(count: int) -> tuple[Array, Array]:
@@ -104,7 +133,8 @@ def trial_space(
     values = np.linalg.solve(triangle.T, values.T).T
     slopes = np.linalg.solve(triangle.T, slopes.T).T
     weighted = weights[:, None] * values
-    return TrialSpace(s, weights, values, (slopes.T * weights) @ slopes, weighted, weights @ values)
+    both = products(values, weights) if values.shape[1] <= _MOST_IN_PRODUCTS else None
+    return TrialSpace(s, weights, values, (slopes.T * weights) @ slopes, weighted, weights @ values, both)
 
 
 def refine(

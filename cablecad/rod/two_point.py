@@ -18,7 +18,7 @@ import numpy as np
 from cablecad.centreline import Array, Centreline, Line, Piece, Placement
 from cablecad.errors import CablecadError, SolveError
 from cablecad.model import Cable
-from cablecad.rod.equilibria import Equilibria
+from cablecad.rod.equilibria import Numbers
 from cablecad.rod.judge import RowStability
 from cablecad.rod.midpoint import State
 from cablecad.rod.pieces import Elastica, TautCable
@@ -34,9 +34,6 @@ Search = Literal["answer", "wide"]
 
 SAME_ENERGY = 1e-9
 """Relative difference of the energies of mirror twins: rounding, amplified by a hair of slack."""
-
-_FORCELESS = 1e-7
-"""Below this omega, force over EI times length squared of 1e-14, a shape is a circle or a line to rounding."""
 
 
 def solve_two_point(
@@ -75,6 +72,8 @@ def solve_two_point(
             torsion_ratio=ratio,
             search="wide" if wide else "answer",
         )
+        equilibria = found.equilibria
+        numbers, bounds = equilibria.numbers(), np.searchsorted(equilibria.scene, range(len(members) + 1)).tolist()
         for j, (i, span) in enumerate(members):
             try:
                 if found.result[j] != "solved":
@@ -82,8 +81,10 @@ def solve_two_point(
                         f"no equilibrium was found to a residual of 1e-12 in {found.descents[j]} starts, although none "
                         "is known to be impossible; change the length or an end a little"
                     )
-                low, high = np.searchsorted(found.equilibria.scene, [j, j + 1]).tolist()
-                listed = [equilibrium_of(cables[i], span, found.equilibria, k, ratio) for k in range(low, high)]
+                listed = [
+                    equilibrium_of(cables[i], Trace(span, equilibria, k), numbers[k], ratio)
+                    for k in range(bounds[j], bounds[j + 1])
+                ]
                 results[i] = _solution(cables[i], lengths[i], span, listed, int(found.descents[j]))
             except CablecadError as error:
                 results[i] = error
@@ -141,8 +142,11 @@ def _twins_by_bulge(listed: list[Equilibrium]) -> Iterator[Equilibrium]:
         j = i + 1
         while j < len(listed) and _same_energy(listed[i], listed[j]) and _alike(listed[i], listed[j]):
             j += 1
-        twins = [replace(twin, energy_per_EI=listed[i].energy_per_EI) for twin in listed[i:j]]
-        yield from sorted(twins, key=_towards_bulge) if len(twins) > 1 else twins
+        if j == i + 1:
+            yield listed[i]
+        else:
+            twins = [replace(twin, energy_per_EI=listed[i].energy_per_EI) for twin in listed[i:j]]
+            yield from sorted(twins, key=_towards_bulge)
         i = j
 
 
@@ -157,39 +161,29 @@ def _alike(one: Equilibrium, other: Equilibrium) -> bool:
 def _towards_bulge(twin: Equilibrium) -> tuple[float, ...]:
     """Heights of the middle and of the quarter point towards the bulge, negative; rounding counts as level."""
     assert twin.trace is not None  # the planar solver's own equilibria have one
-    return tuple(-np.round(twin.trace.row.heights[0], 9))
+    return tuple(-np.round(twin.trace.among.heights[twin.trace.place], 9))
 
 
-def equilibrium_of(cable: Cable, span: Span, found: Equilibria, place: int, ratio: float | None) -> Equilibrium:
-    """One of the equilibria of rods of length one, given the span's length and place."""
-    row = found.take(slice(place, place + 1))
-    spin: Literal["clamped", "free"] = "free" if ratio is None else "clamped"
+def equilibrium_of(cable: Cable, trace: Trace, numbers: Numbers, ratio: float | None) -> Equilibrium:
+    """One of the equilibria of rods of length one, given its span's length and place."""
+    length = trace.span.length
     return Equilibrium(
-        winding=int(row.winding[0]),
-        side=int(row.side[0]),
-        inflections=int(row.inflections[0]),
-        branch=_branch(row),
-        energy_per_EI=float(row.energy[0]) / span.length,
-        draw=partial(_draw, span, row),
-        judge=partial(RowStability, row, spin),
+        winding=numbers.winding,
+        side=numbers.side,
+        inflections=numbers.inflections,
+        branch=numbers.branch,
+        energy_per_EI=numbers.energy / length,
+        draw=partial(_draw, trace),
+        judge=partial(RowStability, trace, "free" if ratio is None else "clamped"),
         diameter=cable.diameter,
-        trace=Trace(span, row, found, place),
-        kappa_max=float(row.kappa_max[0]) / span.length,
+        trace=trace,
+        kappa_max=numbers.kappa_max / length,
     )
 
 
-def _branch(row: Equilibria) -> str:
-    """What the pendulum does: swings, goes over the top, or feels no force."""
-    omega, kappa = float(row.omega[0]), float(row.kappa[0])
-    if omega < _FORCELESS:
-        return "circle" if abs(kappa) > _FORCELESS else "line"
-    half = float(row.lean[0]) / 2.0
-    cosine = math.sin(half) if row.tension[0] else math.cos(half)  # of half the angle from the compression
-    return "inflexional" if abs(kappa) <= 2.0 * omega * abs(cosine) else "non-inflexional"
-
-
-def _draw(span: Span, row: Equilibria) -> Shape:
+def _draw(trace: Trace) -> Shape:
     """The centreline with its lead-outs, and the supports' wrenches about the cable's own end points."""
+    span, row = trace.span, trace.row
     if row.taut[0]:
         turned = float(row.direction[0]) + math.pi
         taut = Taut(np.zeros(1, dtype=int), row.direction, row.omega, row.a, row.b)

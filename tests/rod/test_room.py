@@ -81,7 +81,6 @@ def test_tangents_are_those_of_the_shapes(solved: list[RodSolution]) -> None:
     s = np.linspace(0.0, 1.0, 41)
     found = solved[0].equilibria[0].trace
     assert found is not None
-    assert found.among is not None
     assert found.among.taut.any()
     for rows in (found.among, found.among.take(~found.among.taut)):
         theta, kappa, _ = rows.at(s)
