@@ -73,11 +73,28 @@ def solve(cable: Cable, *, search: Search = "answer") -> RodSolution:
     return solve_rod(cable, search=search)
 
 
-def solve_many(cables: Sequence[Cable], *, search: Search = "answer") -> list[RodSolution | CablecadError]:
-    """Solve cables together, never raising for one of them; see `cablecad.rod.solve.solve_many`."""
+def solve_many(
+    cables: Sequence[Cable], *, search: Search = "answer", measured: bool = True
+) -> list[RodSolution | CablecadError]:
+    """Solve cables together and measure what was found, never raising for one of them.
+
+    Args:
+        cables: Of any kinds.
+        search: As for `solve`.
+        measured: Whether to find self-gaps, stability, residuals and the like together, for a third of the time of
+            solving. Without it each is found when asked for: for shapes alone, or a few of the answers.
+
+    Returns:
+        For each cable its solution, or the error that `solve` would raise.
+    """
     from cablecad.rod.solve import solve_many as solve_rods
 
-    return solve_rods(cables, search=search)
+    solved = solve_rods(cables, search=search)
+    if measured:
+        from cablecad.rod.measure import measure_solutions
+
+        measure_solutions(one for one in solved if not isinstance(one, CablecadError))
+    return solved
 
 
 def build(

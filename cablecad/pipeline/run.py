@@ -87,19 +87,15 @@ class SceneRun:
 
 def measure_scenes(runs: Iterable[SceneRun]) -> None:
     """Find all that reports tell of the equilibria of many scenes, together."""
-    from cablecad.rod.outline import measure_outlines
-    from cablecad.rod.room import judge_together, measure_gaps
+    from cablecad.rod.measure import measure_solutions
 
     runs = list(runs)
     solutions = [outcome.solution for run in runs for outcome in run.outcomes if outcome.solution is not None]
     alone = len(runs) == 1
     for solution in solutions if alone else ():
         _ = solution.self_gap  # as a build does, which asks for the answers' first: the last digits are the same then
-    found = [one for solution in solutions for one in solution.equilibria]
-    measure_gaps(found)
-    judge_together(found)
-    if not alone:  # a build draws every shape: of one scene the last digits are to be the same
-        measure_outlines(solutions)
+    # A build draws every shape: of one scene the last digits are to be the same.
+    measure_solutions(solutions, outlines=not alone)
     for run in runs:
         run.measured = True
 

@@ -47,7 +47,7 @@ def solve_scenes(
 
     Args:
         scenes: What to solve.
-        search: As for `solve_many`.
+        search: As for `solve`.
         progress: Told of each cable and part.
         documents: Keeps what was read of parts; without it the files of each scene are read anew.
         measured: Whether to find the self-gaps of the answers together, for what is said of them; False where
@@ -59,7 +59,7 @@ def solve_scenes(
     begun = [_begun(scene, progress, documents) for scene in scenes]
     known = [cable for one in begun if not isinstance(one, SceneError) for cable in one[1].known]
     started = time.perf_counter()
-    solved = solve_many(known, search=search)
+    solved = solve_many(known, search=search, measured=False)
     if measured and len(known) > 1:
         from cablecad.rod.room import measure_gaps
 
