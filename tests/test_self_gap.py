@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from oracle import PinnedOracle
 from scipy.optimize import brentq, least_squares
 
-from cablecad.brep.spline import fit_centreline
+from cablecad.brep.fit import fit_centreline
 from cablecad.centreline import Array, Centreline, Curve, Frames, Placement, Side
 from cablecad.model import Cable, Port
 from cablecad.pipeline import solve

@@ -23,7 +23,7 @@ from cablecad.bench.table import Plot, Table, Target, column
 from cablecad.bench.tubes import LENGTH, wave
 from cablecad.bench.whole import loom
 from cablecad.brep.document import CableSolid
-from cablecad.brep.spline import fit_centreline
+from cablecad.brep.fit import fit_centreline
 from cablecad.brep.step import step_text
 from cablecad.brep.tube import build_tube
 from cablecad.centreline import Centreline

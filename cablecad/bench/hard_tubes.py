@@ -17,7 +17,8 @@ from cablecad.bench.hard_row import HardRow, shortened
 from cablecad.bench.sandbox import SandboxError, in_sandbox
 from cablecad.bench.sweeps import fitted_spine, interpolated_spine, sweep_pipe, sweep_pipe_shell
 from cablecad.brep.check import check_solid
-from cablecad.brep.spline import FittedCentreline, fit_centreline
+from cablecad.brep.fit import fit_centreline
+from cablecad.brep.spline import FittedCentreline
 from cablecad.centreline import Centreline
 from cablecad.errors import CablecadError, GeometryError, InvalidTubeError, SceneError
 from cablecad.model import Cable, Clamp, Pin, Port, Toward

@@ -33,7 +33,7 @@ from cablecad.bench.table import Plot, Table, Target, column
 from cablecad.bench.truth import ArchTruth, arch_truths
 from cablecad.brep.check import check_solid
 from cablecad.brep.document import CableSolid
-from cablecad.brep.spline import fit_centreline
+from cablecad.brep.fit import fit_centreline
 from cablecad.brep.step import step_text
 from cablecad.brep.tube import build_tube
 from cablecad.centreline import Centreline, Placement

@@ -26,11 +26,11 @@ from cablecad.bench.stage import Effort, Tell
 from cablecad.bench.table import Table, Target, column
 from cablecad.model import Cable, Port, Scene
 from cablecad.pipeline import run_build
-from cablecad.pipeline.cable import make_solid
 
 if TYPE_CHECKING:
     from OCP.TopoDS import TopoDS_Shape, TopoDS_Solid
 
+    from cablecad.brep.spline import FittedCentreline
     from cablecad.report import CableOutcome
     from cablecad.rod.solution import RodSolution
 
@@ -207,28 +207,30 @@ def _swept(name: str) -> Iterator[None]:
     """Let a rival's sweep stand in for the faces of ours, in the pipeline as it is."""
     from cablecad.bench.sweeps import quintic_spine, sweep_pipe_shell
     from cablecad.brep import tube
-    from cablecad.pipeline import cable
+    from cablecad.pipeline import solid
+
+    finish_solid = solid.finish_solid
 
     def along_our_fit(
-        outcome: CableOutcome, solution: RodSolution, tolerance: float, _method: object = None
+        outcome: CableOutcome, solution: RodSolution, fit: FittedCentreline, _method: object = None
     ) -> TopoDS_Solid:
-        return make_solid(outcome, solution, tolerance, "pipe_shell")
+        return finish_solid(outcome, solution, fit, "pipe_shell")
 
     def along_256_spans(
-        outcome: CableOutcome, solution: RodSolution, tolerance: float, _method: object = None
+        outcome: CableOutcome, solution: RodSolution, fit: FittedCentreline, _method: object = None
     ) -> TopoDS_Solid:
         def build_tube(_fit: object, radius: float, **_method: object) -> TopoDS_Shape:
             start = solution.centreline.frames([0.0])
             spine = quintic_spine(solution.centreline, 256)
-            return sweep_pipe_shell(spine, start.position[0], start.tangent[0], radius, tolerance=tolerance)
+            return sweep_pipe_shell(spine, start.position[0], start.tangent[0], radius, tolerance=fit.tolerance)
 
         with _replaced(tube, "build_tube", build_tube):
-            return make_solid(outcome, solution, tolerance)
+            return finish_solid(outcome, solution, fit)
 
     if name == OURS:
         yield
     else:
-        with _replaced(cable, "make_solid", along_our_fit if name == SHELL else along_256_spans):
+        with _replaced(solid, "finish_solid", along_our_fit if name == SHELL else along_256_spans):
             yield
 
 

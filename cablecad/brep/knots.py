@@ -23,13 +23,16 @@ the argument; the constant is confirmed by tests/convergence/test_spline_order.p
 from __future__ import annotations
 
 import math
+from collections import defaultdict
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cablecad.brep.bspline import end_orders
-from cablecad.centreline import Array, Centreline, ComplexArray
+from cablecad.bundle import Bundle, bundled
+from cablecad.centreline import Array, ComplexArray, Piece
 
 DEGREE = 9
 """Of the spline. To 1e-2 mm it takes no more poles than degrees five or seven, to 1e-6 mm half and five sixths of
@@ -45,8 +48,6 @@ _END_ORDERS = np.array(end_orders(DEGREE))
 
 _SAMPLES, _SAMPLES_A_RADIAN = 65, 2.0
 """Where the derivatives are taken: in a gentle piece, and a radian of the tightest bend."""
-
-_EVEN = np.linspace(0.0, 1.0, _SAMPLES)
 
 _MOST_SAMPLES = 400_000
 """Four a span of the longest spline there may be."""
@@ -85,31 +86,52 @@ class KnotCount(NamedTuple):
     ends: Array
 
 
-def count_knots(piece: Centreline, radius: float, error: float) -> KnotCount:
-    """Count the knots of one smooth piece, by exact derivatives.
+def count_knots(pieces: Sequence[Piece], radii: Array, errors: Array) -> list[KnotCount]:
+    """Count the knots of smooth pieces, by exact derivatives; those alike are looked at together.
 
     Args:
-        piece: The exact curve.
-        radius: Of the tube [mm].
-        error: Of the tube's side, that every span shall have [mm].
+        pieces: Exact curves.
+        radii: Of the tubes, shape (n,) [mm].
+        errors: Of the tubes' sides, that every span shall have, shape (n,) [mm].
     """
-    length = piece.length
-    wanted = _SAMPLES_A_RADIAN * piece.greatest_curvature()[0] * length
-    share = _EVEN if wanted <= _SAMPLES else np.linspace(0.0, 1.0, math.ceil(min(wanted, _MOST_SAMPLES)))
-    sizes, found = np.empty((2, len(share))), []
-    for low in range(0, len(share), _BLOCK):
-        turning = _turning(piece, share[low : low + _BLOCK] * length)
-        sizes[:, low : low + _BLOCK] = turning.sizes(radius / length)
+    counts: list[KnotCount | None] = [None] * len(pieces)
+    alike: dict[tuple[type, int], list[int]] = defaultdict(list)
+    for i, piece in enumerate(pieces):
+        alike[type(piece), _samples_of(piece)].append(i)
+    for (_, samples), members in alike.items():
+        most = max(1, _BLOCK // samples)
+        for low in range(0, len(members), most):
+            own = members[low : low + most]
+            found = _count_alike(bundled([pieces[i] for i in own]), samples, radii[own], errors[own])
+            for i, count in zip(own, found, strict=True):
+                counts[i] = count
+    return [count for count in counts if count is not None]
+
+
+def _samples_of(piece: Piece) -> int:
+    """Where to take the derivatives of a piece: at so many equal shares of its length."""
+    wanted = _SAMPLES_A_RADIAN * piece.greatest_curvature()[0] * piece.length
+    return max(_SAMPLES, math.ceil(min(wanted, _MOST_SAMPLES)))
+
+
+def _count_alike(bundle: Bundle, samples: int, radii: Array, errors: Array) -> list[KnotCount]:
+    """`count_knots` for pieces of one kind by as many samples each."""
+    length = np.array([piece.length for piece in bundle.pieces])
+    share = np.linspace(0.0, 1.0, samples)
+    sizes, found = np.empty((2, len(length), samples)), []
+    for low in range(0, samples, _BLOCK):
+        turning = _turning(bundle, length[:, None] * share[low : low + _BLOCK])
+        sizes[..., low : low + _BLOCK] = turning.sizes((radii / length)[:, None])
         found += [turning.derivatives(0, _END_ORDERS), turning.derivatives(-1, _END_ORDERS)]
-    density = _spread(knot_density(sizes[0], sizes[1], error / length))
-    knots = np.zeros(len(share))
-    np.cumsum((density[1:] + density[:-1]) / (2.0 * (len(share) - 1)), out=knots[1:])
-    ends = np.array([found[0], found[-1]])
-    ends[:, :, 0] *= length
-    return KnotCount(share, knots, ends)
+    density = _spread(knot_density(sizes[0], sizes[1], (errors / length)[:, None]))
+    knots = np.zeros((len(length), samples))
+    np.cumsum((density[:, 1:] + density[:, :-1]) / (2.0 * (samples - 1)), axis=1, out=knots[:, 1:])
+    ends = np.stack([found[0], found[-1]], axis=1)
+    ends[..., 0, :] *= length[:, None, None, None]
+    return [KnotCount(share, *each) for each in zip(knots, ends, strict=True)]
 
 
-def knot_density(first: Array, second: Array, error: float) -> Array:
+def knot_density(first: Array, second: Array, error: float | Array) -> Array:
     """Knots a unit that leave an error, from the sizes of the derivatives of the orders q and q + 2."""
     density = np.maximum((SPAN_ERROR / error * first) ** (1.0 / ORDER), _NO_SIZE)
     x2 = second / (np.maximum(first, _NO_SIZE) * (2.0 * math.pi * density) ** 2)
@@ -119,69 +141,73 @@ def knot_density(first: Array, second: Array, error: float) -> Array:
 
 
 def _spread(density: Array) -> Array:
-    """A density of knots by the share of the length, evened out."""
+    """Densities of knots by the share of the length, shape (n, samples), evened out."""
     # A knot needs its neighbours: take the greatest nearby, so that no sharp drop stands beside a crest.
     for _ in range(_REACH):
         wide = density.copy()
-        np.maximum(wide[1:], density[:-1], out=wide[1:])
-        np.maximum(wide[:-1], density[1:], out=wide[:-1])
+        np.maximum(wide[:, 1:], density[:, :-1], out=wide[:, 1:])
+        np.maximum(wide[:, :-1], density[:, 1:], out=wide[:, :-1])
         density = wide
-    evened: Array = np.maximum(density, max(_LEAST_DENSITY * float(density.max()), _LEAST_SPANS))
+    least = np.maximum(_LEAST_DENSITY * density.max(axis=1, keepdims=True), _LEAST_SPANS)
+    evened: Array = np.maximum(density, least)
     return evened
 
 
 class _Turning(NamedTuple):
-    """Derivatives of the tangent T and of M = N + i B by the share, in the frame at the point, (orders, n, 3)."""
+    """Derivatives of the tangents T and of M = N + i B by the share, in the frame at each point, (orders, n, k, 3)."""
 
     tangent: Array
     normals: ComplexArray
 
-    def sizes(self, radius: float) -> Array:
-        """Bounds on derivatives q and q + 2 of the points of the side; radius and bounds over the length, (2, n)."""
-        along, around = np.linalg.norm(self.tangent, axis=2), np.linalg.norm(self.normals, axis=2)
+    def sizes(self, radius: Array) -> Array:
+        """Bounds on derivatives q and q + 2 of points of the sides, over the length like the radii, shape (2, n, k)."""
+        along, around = np.linalg.norm(self.tangent, axis=3), np.linalg.norm(self.normals, axis=3)
         bounds: Array = along[ORDER - 1 : -1 : 2] + radius * around[ORDER::2]
         return bounds
 
     def derivatives(self, i: int, orders: NDArray[np.int_]) -> Array:
-        """Derivatives of position (over the length), normal and binormal at a point, shape (orders, 3, 3)."""
-        normals = self.normals[orders, i]
-        return np.stack([self.tangent[orders - 1, i], normals.real, normals.imag], axis=1)
+        """Derivatives of position (over the length), normal and binormal at one of the points, (n, orders, 3, 3)."""
+        normals = self.normals[orders, :, i]
+        each = np.stack([self.tangent[orders - 1, :, i], normals.real, normals.imag], axis=2)
+        return np.moveaxis(each, 0, 1)
 
 
 class _PlaneTurning(NamedTuple):
-    """The same of a plane curve: the tangent as a complex number z, to which the normal is i z, shape (orders, n)."""
+    """The same of plane curves: tangents as complex numbers z, to which the normals are i z, shape (orders, n, k)."""
 
     tangent: ComplexArray
 
-    def sizes(self, radius: float) -> Array:
+    def sizes(self, radius: Array) -> Array:
         turns = np.abs(self.tangent)
         bounds: Array = turns[ORDER - 1 : -1 : 2] + radius * turns[ORDER::2]
         return bounds
 
     def derivatives(self, i: int, orders: NDArray[np.int_]) -> Array:
-        before, z = self.tangent[orders - 1, i], self.tangent[orders, i]
-        found = np.zeros((len(orders), 3, 3))
-        found[:, 0, 0], found[:, 0, 1] = before.real, before.imag
-        found[:, 1, 0], found[:, 1, 1] = -z.imag, z.real
+        before, z = self.tangent[orders - 1, :, i].T, self.tangent[orders, :, i].T
+        found = np.zeros((*z.shape, 3, 3))
+        found[..., 0, 0], found[..., 0, 1] = before.real, before.imag
+        found[..., 1, 0], found[..., 1, 1] = -z.imag, z.real
         return found
 
 
-def _turning(piece: Centreline, s: Array) -> _Turning | _PlaneTurning:
-    """From the piece, or by a recursion for Taylor coefficients.
+def _turning(bundle: Bundle, s: Array) -> _Turning | _PlaneTurning:
+    """From the pieces, or by a recursion for Taylor coefficients; arclengths of shape (n, k) [mm].
 
     With k = k1 + i k2 the frame obeys T' = Re(conj(k) M), M' = -k T.
     """
     highest = ORDER + 2
-    turns = piece.pieces[0].turns(s, highest)
+    turns = bundle.turns(s, highest)
     if turns is not None:
         return _PlaneTurning(turns)
-    k1, k2 = np.moveaxis(piece.bishop(s, highest - 1), 2, 0)
-    factorials = np.array([[math.factorial(n)] for n in range(highest + 1)], dtype=float)
-    k = (k1 + 1j * k2) * piece.length ** np.arange(1.0, highest + 1)[:, None] / factorials[:-1]
-    t, m = np.zeros((highest + 1, len(s), 3)), np.zeros((highest + 1, len(s), 3), dtype=complex)
+    each = [piece.bishop(row, highest - 1) for piece, row in zip(bundle.pieces, s, strict=True)]
+    k1, k2 = np.moveaxis(np.stack(each, axis=1), 3, 0)
+    factorials = np.array([[[math.factorial(n)]] for n in range(highest + 1)], dtype=float)
+    length = np.array([[piece.length] for piece in bundle.pieces])
+    k = (k1 + 1j * k2) * length ** np.arange(1.0, highest + 1)[:, None, None] / factorials[:-1]
+    t, m = np.zeros((highest + 1, *s.shape, 3)), np.zeros((highest + 1, *s.shape, 3), dtype=complex)
     t[0], m[0] = [1.0, 0.0, 0.0], [0.0, 1.0, 1.0j]
     for n in range(highest):
         before = k[n::-1]  # k_n to k_0, to meet the frame's coefficients 0 to n
-        t[n + 1] = np.einsum("jn,jnc->nc", before.conj(), m[: n + 1]).real / (n + 1)
-        m[n + 1] = -np.einsum("jn,jnc->nc", before, t[: n + 1]) / (n + 1)
-    return _Turning(t * factorials[:, :, None], m * factorials[:, :, None])
+        t[n + 1] = np.einsum("j...,j...c->...c", before.conj(), m[: n + 1]).real / (n + 1)
+        m[n + 1] = -np.einsum("j...,j...c->...c", before, t[: n + 1]) / (n + 1)
+    return _Turning(t * factorials[..., None], m * factorials[..., None])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from cablecad.errors import CablecadError, ExchangeError
 from cablecad.model import Part
-from cablecad.pipeline.cable import timed
+from cablecad.pipeline.clock import timed
 from cablecad.pipeline.ports import Resolved, parts_to_read, resolve_ports
 from cablecad.pipeline.run import Progress, SceneRun, tell
 

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from cablecad.errors import CablecadError, Mistake, SceneError, UsageError
 from cablecad.model import Scene
-from cablecad.pipeline.cable import Built, Search, build_outcome, solve_many, timed
+from cablecad.pipeline.cable import Built, Search, Solid, solve_many
+from cablecad.pipeline.clock import timed
 from cablecad.pipeline.parts import ends_resolved, import_kernel, read_parts_of, read_scene_parts
 from cablecad.pipeline.ports import Resolved
 from cablecad.pipeline.run import Progress, SceneRun, tell
@@ -249,17 +250,22 @@ def _make_solids(run: SceneRun, progress: Progress | None) -> list[Built]:
     Raises:
         SceneError: A tolerance that cannot be kept, of all cables at once.
     """
+    from cablecad.pipeline.solid import make_solids
+
     made = []
     mistakes: list[Mistake] = []
+    solids = make_solids([outcome for outcome in run.outcomes if outcome.solution is not None], run.scene.tolerance)
     for outcome in run.outcomes:
         tell(progress, outcome.cable.name)
-        if outcome.solution is not None:
-            try:
-                made.append(build_outcome(outcome, outcome.solution, run.scene.tolerance))
-            except SceneError as error:  # a tolerance that cannot be kept
-                mistakes += error.mistakes
-            except CablecadError as error:
-                run.fail(outcome, error)
+        if outcome.solution is None:
+            continue
+        solid = next(solids)
+        if isinstance(solid, SceneError):  # a tolerance that cannot be kept
+            mistakes += solid.mistakes
+        elif isinstance(solid, CablecadError):
+            run.fail(outcome, solid)
+        else:
+            made.append(Built(outcome.cable, outcome.solution, Solid(solid), outcome))
     if mistakes:
         raise SceneError(mistakes, source=str(run.scene.source or ""))
     return made

@@ -16,6 +16,9 @@ from cablecad.rod.jacobian import Jacobian
 from cablecad.rod.midpoint import State, Swing
 from cablecad.rod.trial import Array
 
+CREST_WITHIN = 0.5 * (1.0 + 1e-12)
+"""A crest no further from mid-span stands between the ends, but for rounding."""
+
 
 class Points(NamedTuple):
     """Points of an elastica in the frame of its compression, arrays of shape (n,).
@@ -63,18 +66,13 @@ class Course:
         kappa = 2.0 * (h0 * C - (o2 * p0 * c0) * S * D) / below
         return Points(along, across, c * c - p * p, 2.0 * p * c, kappa)
 
-    @property
-    def crest_kappa(self) -> float:
-        """|curvature| where the tangent lies along the compression."""
-        return 2.0 * math.hypot(self._own.h, self._own.omega * self._own.p)
-
     def crest(self) -> float:
         """Arclength from mid-span of the first point from the start on where |curvature| is greatest.
 
         There the tangent lies along the compression. Beyond 1/2 where there is none between the ends.
         """
         own = self._own
-        greatest = self.crest_kappa / 2.0
+        greatest = self.state.crest_kappa / 2.0
         if greatest == 0.0:
             return math.inf
         if own.swings:
@@ -151,6 +149,35 @@ class Courses(NamedTuple):
         bent = self.h * lift * (self.c * self.c - (self.p * self.p) * C)
         across = 2.0 / below * ((self.p * self.c) * S * D + bent)
         return Points(along, across, c * c - p * p, 2.0 * p * c, self._kappa(S, C, D, below))
+
+    @property
+    def crest_kappa(self) -> Array:
+        """|curvature| where the tangent lies along the compression."""
+        return 2.0 * np.hypot(self.h, np.sqrt(self.square) * self.p)
+
+    def crest(self) -> Array:
+        """`Course.crest` of each."""
+        lift, greatest = np.sqrt(self.square) * self.p, self.crest_kappa / 2.0
+        bent = greatest > 0.0
+        size = np.where(bent, greatest, 1.0)
+        sine = np.where(self.swings, lift / size, np.copysign(self.p, self.p * self.h))
+        cosine = np.where(self.swings, np.where(bent, self.h / size, 1.0), self.c)
+        u0 = argument(sine, cosine, self.m, self.jacobian.m1)
+        period = math.pi / self.jacobian.rate
+        first = np.ceil((u0 - self.rate / 2.0) / period - 1e-12)
+        return np.where(bent, (first * period - u0) / self.rate, np.inf)
+
+    def marks(self) -> tuple[Array, Points, np.ndarray]:
+        """Of rods in arrays of shape (n,): the start, the first crest of |kappa| between the ends, and the end.
+
+        Returns:
+            Arclengths from mid-span, shape (n, 3); the points there; and whether there is a crest, shape (n,): where
+            there is none the end stands in its place.
+        """
+        crest = self.crest()
+        ends = np.full(len(crest), 0.5)
+        places = np.stack([-ends, np.minimum(crest, ends), ends], axis=1)
+        return places, self.take(np.s_[:, None]).at(places), crest <= CREST_WITHIN
 
     def tangent(self, s: Array) -> tuple[Array, Array, Array]:
         """cos and sin of the tangent's angle from the compression, and the curvature, at `s` from mid-span."""

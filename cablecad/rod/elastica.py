@@ -29,7 +29,7 @@ _FACTORIALS = np.array([[math.factorial(n)] for n in range(20)], dtype=float)
 
 
 def elastica_derivatives(
-    kappa: Array, sine: Array, cosine: Array, force: float, order: int
+    kappa: Array, sine: Array, cosine: Array, force: float | Array, order: int
 ) -> tuple[Array, ComplexArray]:
     """Derivatives 0..order by arclength of the curvature and of the tangent of any elastica.
 
@@ -37,7 +37,7 @@ def elastica_derivatives(
         kappa: Curvature psi', shape (n,) [1/mm].
         sine: sin(psi), shape (n,).
         cosine: cos(psi), shape (n,).
-        force: P, the force per unit EI [1/mm^2].
+        force: P, the force per unit EI, one or shape (n,) [1/mm^2].
         order: Highest derivative.
 
     Returns:

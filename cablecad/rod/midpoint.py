@@ -53,6 +53,11 @@ class State(NamedTuple):
         sine, cosine = math.sin(self.lean / 2.0), math.cos(self.lean / 2.0)
         return (-math.copysign(cosine, self.lean), abs(sine)) if self.tension else (sine, cosine)
 
+    @property
+    def crest_kappa(self) -> float:
+        """|curvature| where the tangent lies along the compression."""
+        return 2.0 * math.hypot(self.kappa / 2.0, self.omega * self.half[0])
+
 
 class Reach(NamedTuple):
     """A point of the rod as seen from its middle; the fields of `flow.Jump`, and the phase.

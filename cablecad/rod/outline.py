@@ -55,13 +55,14 @@ def _tell(solutions: list[RodSolution], outlines: _Outlines) -> None:
     residual = outlines.residual(begin, finish, lengths).tolist()
     rise = outlines.rise(begin, finish).tolist()
     end_angle = _end_angle(outlines.tangent[:, 0], finish - begin)
-    kappa, at = (found.tolist() for found in outlines.greatest_curvature())
+    tightest = outlines.greatest_curvature()
     states = [outlines.wrench(0), outlines.wrench(1)]
     for i, one in enumerate(solutions):
         own = one.__dict__
         own["residual"], own["rise"], own["end_angle_deg"] = residual[i], rise[i], end_angle[i]
         chosen = one.equilibrium.__dict__
-        chosen["greatest_curvature"] = kappa[i], at[i]
+        if (bend := tightest[i]) is not None:
+            chosen["greatest_curvature"] = bend
         chosen["ends"] = tuple(
             EndState(outlines.place[i, end], outlines.tangent[i, end], states[end][0][i], states[end][1][i])
             for end in (0, 1)
@@ -80,7 +81,8 @@ class _Outlines:
         spans = [one.span for one in traces]
         self._rows = gathered(traces)
         middle = Middle(*(getattr(self._rows, f.name) for f in fields(Middle)))
-        self._courses = middle.courses.take(np.s_[:, None])
+        self._each = middle.courses
+        self._courses = self._each.take(np.s_[:, None])
         self._length, self._lead_out, self._lead_in = (
             _column(spans, name) for name in ("length", "lead_out", "lead_in")
         )
@@ -189,35 +191,18 @@ class _Outlines:
         y = length * (at.across - self._origin[1][rod]) + beyond * at.sine
         return x, y, at.cosine, at.sine, np.where(beyond == 0.0, at.kappa / length, 0.0)
 
-    def greatest_curvature(self) -> tuple[Array, Array]:
-        """The greatest |curvature| [1/mm] and its arclength [mm], shape (n,) each; as `pieces` finds them."""
-        omega = self._rows.omega
-        s = np.linspace(-0.5, 0.5, samples_of(float(omega.max())))
-        kappa = np.abs(self._courses.kappa(s))
-        wide = np.pad(kappa, ((0, 0), (1, 1)))
-        highest = kappa.max(axis=1)
-        crest = (kappa >= wide[:, :-2]) & (kappa >= wide[:, 2:]) & (kappa > 0.97 * highest[:, None])
-        rod, at_sample = np.nonzero(crest)
-        some, best, step_of = self._courses.take((rod, 0)), s[at_sample], s[1] - s[0]
-        for _ in range(6):
-            at = some.at(best)
-            # kappa' = -P sin(psi): P goes out, and where there is none nothing changes.
-            bend = np.where(some.square > 0.0, at.cosine * at.kappa, 0.0)
-            step = np.where(bend != 0.0, -at.sine / np.where(bend != 0.0, bend, 1.0), 0.0)
-            step[np.abs(step) > 2.0 * step_of] = 0.0  # not the crest it began at
-            best = np.minimum(np.maximum(best + step, -0.5), 0.5)
-            if np.abs(step).max(initial=0.0) <= 1e-9 * step_of:
-                break
-        each = np.arange(len(omega))
-        rod = np.concatenate([rod, each])
-        place: Array = np.concatenate([best, s[np.argmax(kappa >= (1.0 - ALIKE) * highest[:, None], axis=1)]])
-        refined = np.abs(self._courses.take((rod, 0)).kappa(place))
-        highest = np.zeros(len(omega))
-        np.maximum.at(highest, rod, refined)
-        first = np.full(len(omega), np.inf)
-        alike = refined >= (1.0 - ALIKE) * highest[rod]
-        np.minimum.at(first, rod[alike], place[alike])
-        return highest / self._length[:, 0], (first + 0.5) * self._length[:, 0] + self._lead_out[:, 0]
+    def greatest_curvature(self) -> list[tuple[float, float] | None]:
+        """The greatest |curvature| [1/mm] and its arclength [mm] of each, as `Elastica` finds them.
+
+        None where the shape does not bear the closed form out, and has to be looked at alone.
+        """
+        places, at, has_crest = self._each.marks()
+        kappa, crest = np.abs(at.kappa), self._each.crest_kappa
+        good = ~has_crest | (np.abs(kappa[:, 1] - crest) <= ALIKE * crest)
+        first = np.argmax(kappa >= (1.0 - ALIKE) * kappa.max(axis=1, keepdims=True), axis=1)
+        s = (places[np.arange(len(first)), first] + 0.5) * self._length[:, 0] + self._lead_out[:, 0]
+        tightest = zip((kappa.max(axis=1) / self._length[:, 0]).tolist(), s.tolist(), strict=True)
+        return [found if known else None for found, known in zip(tightest, good.tolist(), strict=True)]
 
 
 def _end_angle(tangent: Array, chord: Array) -> list[float | None]:

@@ -8,14 +8,16 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from cablecad.centreline import Array, ComplexArray, Frames, Placement
-from cablecad.rod.course import Course, Points
+from cablecad.rod.course import CREST_WITHIN, Course, Points
 from cablecad.rod.elastica import elastica_derivatives, in_own_frame
+from cablecad.rod.elasticas import Elasticas
 from cablecad.rod.midpoint import State
 from cablecad.rod.taut import Taut
 
@@ -106,8 +108,17 @@ class Elastica(_Shape):
             Their arclengths from mid-span over the length, and the points there from mid-span.
         """
         s = self._course.crest()
-        places = np.array([-0.5, min(s, 0.5), 0.5] if s <= 0.5 * (1.0 + ALIKE) else [-0.5, 0.5])
+        places = np.array([-0.5, min(s, 0.5), 0.5] if s <= CREST_WITHIN else [-0.5, 0.5])
         return places, self._course.at(places)
+
+    def keep_marks(self, places: Array, at: Points) -> None:
+        """Have the marks at hand that were found together with those of others."""
+        self.__dict__["_marks"] = places, at
+
+    @classmethod
+    def bundle(cls, pieces: Sequence[Elastica]) -> Elasticas:
+        """Some of them, evaluated together."""
+        return Elasticas(pieces)
 
     def ends(self) -> Frames:
         """Positions and frames at both ends, shape (2, 3) each."""
@@ -122,7 +133,8 @@ class Elastica(_Shape):
         """In closed form, if the shape itself bears it out."""
         places, at = self._marks
         found = np.abs(at.kappa)
-        if len(found) == 3 and abs(found[1] - self._course.crest_kappa) > ALIKE * self._course.crest_kappa:
+        crest_kappa = self.state.crest_kappa
+        if len(found) == 3 and abs(found[1] - crest_kappa) > ALIKE * crest_kappa:
             return self._sampled_crest()
         i = int(np.argmax(found >= (1.0 - ALIKE) * found.max()))
         return float(found.max()) / self.length, (float(places[i]) + 0.5) * self.length

@@ -15,20 +15,17 @@ from typing import Literal
 
 import numpy as np
 
-from cablecad.centreline import Array, Centreline, Line, Piece, Placement
+from cablecad.centreline import Array
 from cablecad.errors import CablecadError, SolveError
 from cablecad.model import Cable
+from cablecad.rod.draw import draw
 from cablecad.rod.equilibria import Numbers
 from cablecad.rod.judge import RowStability
-from cablecad.rod.midpoint import State
-from cablecad.rod.pieces import Elastica, TautCable
 from cablecad.rod.planar import solve_planar
 from cablecad.rod.rise import rise_of
-from cablecad.rod.solution import EndState, Equilibrium, RodSolution, Shape, choose
+from cablecad.rod.solution import Equilibrium, RodSolution, choose
 from cablecad.rod.span import Span, span_of
-from cablecad.rod.taut import Taut
 from cablecad.rod.trace import Trace
-from cablecad.rod.vector import cross
 
 Search = Literal["answer", "wide"]
 
@@ -173,54 +170,12 @@ def equilibrium_of(cable: Cable, trace: Trace, numbers: Numbers, ratio: float | 
         inflections=numbers.inflections,
         branch=numbers.branch,
         energy_per_EI=numbers.energy / length,
-        draw=partial(_draw, trace),
+        draw=partial(draw, trace),
         judge=partial(RowStability, trace, "free" if ratio is None else "clamped"),
         diameter=cable.diameter,
         trace=trace,
         kappa_max=numbers.kappa_max / length,
     )
-
-
-def _draw(trace: Trace) -> Shape:
-    """The centreline with its lead-outs, and the supports' wrenches about the cable's own end points."""
-    span, row = trace.span, trace.row
-    if row.taut[0]:
-        turned = float(row.direction[0]) + math.pi
-        taut = Taut(np.zeros(1, dtype=int), row.direction, row.omega, row.a, row.b)
-        free: TautCable | Elastica = TautCable(_placement(span, turned), span.length, taut)
-    else:
-        state = State(*(getattr(row, name).item() for name in State._fields))
-        free = Elastica(_placement(span, state.compression), span.length, state)
-    ends = free.ends()
-    pieces: list[Piece] = [free]
-    tangents, normals = ends.tangent, ends.normal
-    begin, finish = span.start, ends.position[1]
-    if span.lead_out > 0.0:
-        begin = span.start - span.lead_out * tangents[0]
-        pieces.insert(0, Line(Placement(begin, tangents[0], normals[0]), span.lead_out))
-    if span.lead_in > 0.0:
-        pieces.append(Line(Placement(ends.position[1], tangents[1], normals[1]), span.lead_in))
-        finish = ends.position[1] + span.lead_in * tangents[1]
-    pull = (row.force[0, 0] * span.e1 + row.force[0, 1] * span.e2) / span.length**2
-    bend = np.array([row.kappa0[0] * span.start_clamped, row.kappa1[0] * span.end_clamped]) / span.length
-    start_moment = _moment(span.start - begin, -pull) - bend[0] * span.e3
-    end_moment = _moment(ends.position[1] - finish, pull) + bend[1] * span.e3
-    return Shape(
-        Centreline(pieces),
-        EndState(begin, tangents[0], 0.0 - pull, start_moment),
-        EndState(finish, tangents[1], pull, end_moment),
-    )
-
-
-def _moment(arm: Array, force: Array) -> Array:
-    """arm x force, in a tenth of the time of np.cross."""
-    return np.array(cross(arm.tolist(), force.tolist()))
-
-
-def _placement(span: Span, angle: float) -> Placement:
-    """The frame at the span's start whose e1 is `angle` from the span's."""
-    cosine, sine = math.cos(angle), math.sin(angle)
-    return Placement(span.start, cosine * span.e1 + sine * span.e2, cosine * span.e2 - sine * span.e1)
 
 
 def _residual(chosen: Equilibrium, span: Span, begin: Array, finish: Array, length: float) -> float:

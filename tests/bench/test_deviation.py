@@ -7,7 +7,7 @@ from cablecad.bench.deviation import measure_side
 from cablecad.bench.sweeps import fitted_spine, interpolated_spine, sweep_pipe, sweep_pipe_shell
 from cablecad.bench.truth import arch_truths
 from cablecad.bench.tubes import LENGTH, RADII, wave
-from cablecad.brep.spline import fit_centreline
+from cablecad.brep.fit import fit_centreline
 from cablecad.brep.tube import build_tube
 
 TRUTHS = {truth.k: truth for truth in arch_truths(LENGTH)}

@@ -40,11 +40,11 @@ def test_the_stages_of_a_cable_add_up_to_its_total(method, tmp_path):
 def test_the_rivals_sweep_and_leave_the_pipeline_as_it_was(tmp_path):
     from cablecad.brep import tube
     from cablecad.brep.document import Document
-    from cablecad.pipeline import cable
+    from cablecad.pipeline import solid
 
-    before = tube.build_tube, cable.make_solid, Document.__dict__["assembled"]
+    before = tube.build_tube, solid.finish_solid, Document.__dict__["assembled"]
     rows = [whole._build(method, whole.loom(1), tmp_path / "loom.step") for method in (*whole.METHODS, whole.OURS)]
-    assert (tube.build_tube, cable.make_solid, Document.__dict__["assembled"]) == before
+    assert (tube.build_tube, solid.finish_solid, Document.__dict__["assembled"]) == before
     sizes = [row.bytes for row in rows]
     assert sizes[0] == sizes[-1]
     assert len(set(sizes)) == 3

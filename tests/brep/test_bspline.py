@@ -51,6 +51,27 @@ def test_polynomials_are_reproduced(spans: int, degree: int) -> None:
         assert np.abs(found[derivative] - want).max() < 1e-11 * 100.0**derivative * (1 + spans)
 
 
+@pytest.mark.parametrize("spans", [1, 2, 13, 119, 130])
+def test_many_at_once_are_as_each_alone(spans: int) -> None:
+    degree, rng = 9, np.random.default_rng(spans)
+    knots = np.stack([np.linspace(0.0, 1.0, spans + 1) ** power for power in (1.0, 1.1, 1.2)])
+    values, (start, end) = rng.normal(size=(3, spans + 1, 2)), rng.normal(size=(2, 3, 4, 2))
+    powers = powers_of(np.linspace(0.0, 1.0, 4), degree, 1)
+    many = interpolate(knots, degree, values, start, end)
+    sampled = many.sampled(powers)
+    some = slice(spans // 2, None)
+    for i in range(3):
+        alone = interpolate(knots[i], degree, values[i], start[i], end[i])
+        size = np.abs(alone.poles).max()
+        assert np.abs(many.poles[i] - alone.poles).max() < 1e-12 * size
+        for spline in (alone, many.one(i)):
+            for order in (0, 1):
+                want = spline.sampled(powers)[order]
+                assert np.abs(sampled[order, i] - want).max() < 1e-11 * np.abs(want).max()
+                want = spline.sampled(powers, some)[order]
+                assert np.abs(many.sampled(powers, some)[order, i] - want).max() < 1e-11 * np.abs(want).max()
+
+
 @pytest.mark.parametrize("degree", [7, 9])
 def test_samples_are_values(degree: int) -> None:
     """At the same shares of every span, by the same derivatives, of all spans or of some."""

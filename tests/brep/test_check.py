@@ -14,8 +14,8 @@ from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopoDS import TopoDS_Shape, TopoDS_Shell, TopoDS_Solid
 
 from cablecad.brep.check import check_solid
+from cablecad.brep.fit import fit_centreline
 from cablecad.brep.kernel import subshapes
-from cablecad.brep.spline import fit_centreline
 from cablecad.brep.tube import build_tube
 from cablecad.centreline import Centreline
 from cablecad.errors import GeometryError

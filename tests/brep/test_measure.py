@@ -11,8 +11,9 @@ from curves import Helix, arch, chain
 
 from cablecad.brep.bspline import Spline
 from cablecad.brep.check import check_solid, check_tube
+from cablecad.brep.fit import fit_centreline
 from cablecad.brep.measure import measure_tube
-from cablecad.brep.spline import FittedCentreline, FittedPiece, fit_centreline
+from cablecad.brep.spline import FittedCentreline, FittedPiece
 from cablecad.brep.tube import build_tube
 from cablecad.centreline import Centreline
 

@@ -29,8 +29,8 @@ from OCP.TopoDS import TopoDS_Face, TopoDS_Shape, TopoDS_Solid
 
 from cablecad.brep import tube
 from cablecad.brep.check import SolidCheck, check_solid
+from cablecad.brep.fit import fit_centreline
 from cablecad.brep.kernel import TopoDS, list_of_shapes, subshapes
-from cablecad.brep.spline import fit_centreline
 from cablecad.brep.tube import build_tube
 from cablecad.centreline import Array, Centreline, Frames, Line
 from cablecad.errors import GeometryError, UsageError

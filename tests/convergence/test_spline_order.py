@@ -10,8 +10,9 @@ from curves import Helix, arch, chain
 from scipy.special import bernoulli
 
 from cablecad.brep.bspline import end_orders, interpolate
+from cablecad.brep.fit import fit_centreline
 from cablecad.brep.knots import DEGREE, ORDER, SPAN_ERROR, knot_density
-from cablecad.brep.spline import FittedPiece, fit_centreline
+from cablecad.brep.spline import FittedPiece
 from cablecad.centreline import Centreline
 
 BERNOULLI_10 = np.polynomial.Polynomial([5 / 66, 0, -3 / 2, 0, 5, 0, -7, 0, 15 / 2, -5, 1])

@@ -17,7 +17,8 @@ import numpy as np
 from scipy.special import bernoulli
 
 from cablecad.bench.tubes import RADII, wave
-from cablecad.brep import knots, spline
+from cablecad.brep import fit as fitting
+from cablecad.brep import knots
 from cablecad.centreline import Centreline
 from cablecad.errors import GeometryError
 
@@ -40,12 +41,12 @@ def samples():
         worst = 0.0
         for curve, radius in curves():
             for tolerance in (1e-3, 1e-6):
-                piece = spline.fit_centreline(curve, radius, tolerance=tolerance).pieces[0]
+                piece = fitting.fit_centreline(curve, radius, tolerance=tolerance).pieces[0]
                 worst = max(
                     worst,
                     1.0 - deviation(curve, piece, radius, per_span, around) / deviation(curve, piece, radius, 100, 180),
                 )
-        chosen = per_span == spline.SAMPLES_A_SPAN and around == len(spline._ANGLES)
+        chosen = per_span == fitting.SAMPLES_A_SPAN and around == len(fitting._ANGLES)
         say(f" {'*' if chosen else ' '} {per_span}, {around}: {100.0 * worst:.2f} %")
 
 
@@ -65,25 +66,25 @@ def deviation(curve, piece, radius, per_span, around):
 def counted(module, name, values):
     say(f"{name}: knots in all, fits in all (one a curve is the least), ms in all")
     chosen = getattr(module, name)
-    interpolate = spline._interpolate
+    interpolate = fitting._interpolate
     for value in values:
         setattr(module, name, value)
         fits = 0
 
         def count(*arguments):
             nonlocal fits
-            fits += 1
+            fits += len(arguments[0])
             return interpolate(*arguments)
 
-        spline._interpolate = count
+        fitting._interpolate = count
         spans, least = 0, 0
         begun = time.perf_counter()
         for curve, radius in curves():
             for tolerance in TOLERANCES:
-                spans += spline.fit_centreline(Centreline(curve.pieces), radius, tolerance=tolerance).spans
+                spans += fitting.fit_centreline(Centreline(curve.pieces), radius, tolerance=tolerance).spans
                 least += 1
         taken = (time.perf_counter() - begun) * 1e3
-        spline._interpolate = interpolate
+        fitting._interpolate = interpolate
         say(f" {'*' if value == chosen else ' '} {value}: {spans}, {fits} ({least}), {taken:.0f}")
     setattr(module, name, chosen)
 
@@ -91,33 +92,33 @@ def counted(module, name, values):
 def degrees():
     say("degree: poles in all of k = 0.342, 0.8, 0.999, by tolerance from 1e-1 to 1e-9 mm, and fits in all")
     chosen = knots.DEGREE
-    interpolate = spline._interpolate
+    interpolate = fitting._interpolate
     for degree in (5, 7, 9, 11):
         order = degree + 1
         span_error = (2.0 - 0.5**degree) * abs(bernoulli(order)[order]) / math.factorial(order)
-        for module in (knots, spline):
+        for module in (knots, fitting):
             module.DEGREE, module.ORDER, module.SPAN_ERROR = degree, order, span_error
         fits, texts = 0, []
 
         def count(*arguments):
             nonlocal fits
-            fits += 1
+            fits += len(arguments[0])
             return interpolate(*arguments)
 
-        spline._interpolate = count
+        fitting._interpolate = count
         for tolerance in (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9):
             try:
-                found = [spline.fit_centreline(curve, radius, tolerance=tolerance) for curve, radius in curves()]
+                found = [fitting.fit_centreline(curve, radius, tolerance=tolerance) for curve, radius in curves()]
             except GeometryError:
                 texts.append("rounding")
             else:
                 texts.append(str(sum(len(fit.pieces[0].poles) for fit in found)))
-        spline._interpolate = interpolate
+        fitting._interpolate = interpolate
         say(f" {'*' if degree == chosen else ' '} {degree}: {', '.join(texts)}; {fits} (27)")
 
 
 if __name__ == "__main__":
     samples()
-    counted(spline, "_AIM", (0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7))
+    counted(fitting, "_AIM", (0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7))
     counted(knots, "_LEAST_DENSITY", (0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 1.0))
     degrees()

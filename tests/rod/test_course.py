@@ -61,7 +61,7 @@ def test_the_crest_is_where_the_curvature_is_greatest(seed):
     rng = np.random.default_rng(seed)
     state = State(*rng.uniform(-3.0, 3.0, 2), 0.0, float(rng.choice([0.0, 0.3, 3.0, 9.0])), bool(seed % 2))
     curve = Course(state)
-    s, kappa = curve.crest(), curve.crest_kappa
+    s, kappa = curve.crest(), curve.state.crest_kappa
     at = np.linspace(-0.5, 0.5, 4001)
     sampled = np.abs(curve.at(at).kappa)
     if s > 0.5:
@@ -71,3 +71,25 @@ def test_the_crest_is_where_the_curvature_is_greatest(seed):
         assert kappa >= sampled.max() * (1.0 - 1e-13)
         assert np.all(sampled[at < s - 1e-3] <= kappa)
         assert s >= -0.5 - 1e-12
+
+
+def test_crests_of_many_are_those_of_each():
+    rng = np.random.default_rng(5)
+    states = [
+        State(*rng.uniform(-3.0, 3.0, 2), 0.0, float(rng.choice([0.0, 0.3, 3.0, 9.0])), bool(i % 2)) for i in range(200)
+    ]
+    states.append(State(0.0, 0.0, 0.0, 0.0, False))  # a line
+    half = np.array([state.half for state in states])
+    many = courses(
+        half[:, 0], half[:, 1], *(np.array([getattr(x, name) for x in states]) for name in ("kappa", "omega"))
+    )
+    places, points, has_crest = many.marks()
+    for i, state in enumerate(states):
+        want = Course(state).crest()
+        assert many.crest()[i] == (want if math.isinf(want) else pytest.approx(want, abs=1e-12 * (1.0 + abs(want))))
+        assert many.crest_kappa[i] == pytest.approx(state.crest_kappa, rel=1e-14)
+        assert has_crest[i] == (want <= 0.5)
+        assert places[i].tolist() == pytest.approx([-0.5, min(want, 0.5), 0.5], abs=1e-12)
+        alone = Course(state).at(places[i])
+        for got, one in zip(points, alone, strict=True):
+            assert np.abs(got[i] - one).max() < 1e-13 * (1.0 + np.abs(one).max())

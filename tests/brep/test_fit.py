@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,9 +12,10 @@ from curves import Helix, arch, chain
 from oracle import PinnedOracle
 from scipy.interpolate import BSpline
 
-from cablecad.brep import spline
+from cablecad.brep import fit as fitting
+from cablecad.brep.fit import fit_centreline, fit_centrelines
 from cablecad.brep.knots import DEGREE, KnotCount
-from cablecad.brep.spline import FittedPiece, fit_centreline
+from cablecad.brep.spline import FittedPiece
 from cablecad.centreline import Arc, Array, Centreline, Line, Placement
 from cablecad.errors import GeometryError, UsageError
 from cablecad.model import tolerance_floor
@@ -65,13 +67,13 @@ def distance_to_tube(points: Array, exact: Centreline, radius: float, start: Arr
 def fits_made(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """The number of spans of every spline that is interpolated."""
     made: list[int] = []
-    interpolate = spline._interpolate
+    interpolate = fitting._interpolate
 
-    def counted(piece: Centreline, radius: float, knots: Array, wanted: KnotCount) -> FittedPiece:
-        made.append(len(knots) - 1)
-        return interpolate(piece, radius, knots, wanted)
+    def counted(curved: Sequence[Any], spans: int, wanted: Sequence[KnotCount]) -> list[FittedPiece]:
+        made.extend([spans] * len(curved))
+        return interpolate(curved, spans, wanted)
 
-    monkeypatch.setattr(spline, "_interpolate", counted)
+    monkeypatch.setattr(fitting, "_interpolate", counted)
     return made
 
 
@@ -164,7 +166,7 @@ def test_deviation_of_any_error() -> None:
         error = rng.normal(size=(1, 9)) * np.repeat(10.0 ** rng.uniform(-3.0, 0.0, 3), 3)
         p, n, b = np.split(error[0], 3)
         swept = np.linalg.norm(p + radius * (np.cos(u)[:, None] * n + np.sin(u)[:, None] * b), axis=1).max()
-        measured = spline._deviation(error, radius)
+        (measured,) = fitting._deviation(error[None], np.array([radius]))
         assert 0.9975 * swept <= measured <= swept * (1.0 + 1e-6)
 
 
@@ -351,6 +353,34 @@ def test_endless_cable_is_refused_before_it_is_fitted(fits_made: list[int]) -> N
     with pytest.raises(GeometryError, match=r"needs more than 100000 spans to keep 0\.001 mm"):
         fit_centreline(chain((1e8, 0.1)), 2.0, tolerance=1e-3)
     assert not fits_made
+
+
+def test_many_together_are_as_each_alone() -> None:
+    """Of several kinds, sizes and tolerances, more of one kind than go through at once; failures cost no other."""
+    asked = [(curve, 2.0, tolerance) for tolerance in (1e-2, 1e-5) for curve in CURVES.values()]
+    asked += [(arch(0.342 + 0.004 * i, 350.0 + i), 1.0 + 0.02 * i, 1e-3) for i in range(60)]
+    asked.insert(3, (CURVES["k=.8"], 2.0, 1e-15))
+    asked.insert(7, (chain((1e8, 0.1)), 2.0, 1e-3))
+    asked.append((chain((50.0, 0.0)), 2.0, 1e-3))
+    together = fit_centrelines(*map(list, zip(*asked, strict=True)))  # type: ignore[arg-type]
+    failed = [i for i, fit in enumerate(together) if isinstance(fit, GeometryError)]
+    assert failed == [3, 7]
+    assert "cannot be fitted to 1e-15 mm" in str(together[3])
+    assert "more than 100000 spans" in str(together[7])
+    for (curve, radius, tolerance), fit in zip(asked, together, strict=True):
+        if isinstance(fit, GeometryError):
+            continue
+        alone = fit_centreline(curve, radius, tolerance=tolerance)
+        assert (fit.tolerance, fit.spans, len(fit.pieces)) == (tolerance, alone.spans, len(alone.pieces))
+        assert fit.deviation == pytest.approx(alone.deviation, rel=1e-3, abs=1e-12)
+        for got, want in zip(fit.pieces, alone.pieces, strict=True):
+            if isinstance(want, FittedPiece):
+                assert isinstance(got, FittedPiece)
+                assert np.abs(got.poles - want.poles).max() < 1e-10
+                assert np.abs(got.end_position - want.end_position).max() < 1e-11
+                assert got.greatest_curvature() == pytest.approx(want.greatest_curvature(), rel=1e-9)
+            else:
+                assert got is want
 
 
 @pytest.mark.parametrize("bad", [0.0, -1e-3, math.nan, math.inf])

@@ -1,0 +1,197 @@
+"""From solved cables to their solids: shape, refusals, fit, tube, check.
+
+What is done in numpy is done for many cables together, for theirs are small arrays; Open Cascade takes them one by one.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+from cablecad.errors import CablecadError, GeometryError, InvalidTubeError, Mistake, SceneError
+from cablecad.model import Toward, tolerance_floor
+from cablecad.pipeline.cable import Method, solve
+from cablecad.pipeline.clock import timed
+from cablecad.report import CableOutcome
+
+if TYPE_CHECKING:
+    from OCP.TopoDS import TopoDS_Solid
+
+    from cablecad.brep.spline import FittedCentreline
+    from cablecad.rod.solution import RodSolution
+
+WORST_DEVIATION = 1.0 / 20.0
+"""A shape tolerance above this share of the radius is lowered to it: beyond it the tube is no tube."""
+
+_LEAST_RADIUS = 1e-6
+"""Of a solid [mm]: Open Cascade takes points within 1e-7 mm for one, and loses much thinner ones when it reads STEP."""
+
+_ROOM = 4.0
+"""Self-gaps of more deviations than this need not be measured again on the fit: its own is less by two at most."""
+
+_TOGETHER = 128
+"""Cables drawn and fitted at once; more are no faster."""
+
+
+def make_solids(
+    outcomes: Sequence[CableOutcome], tolerance: float, method: Method = "direct"
+) -> Iterator[TopoDS_Solid | CablecadError]:
+    """Make the solids of solved cables; fills in the outcomes as it goes.
+
+    Args:
+        outcomes: Of cables that have solutions.
+        tolerance: Bound on the distance between the solids' sides and the exact tubes [mm].
+        method: How to make the tubes.
+
+    Yields:
+        Of each cable, as it is done, its solid, or why there is none: an `InvalidTubeError` where the tube would cut
+        into itself, a `GeometryError` where the solid failed its check, a `SceneError` for a tolerance below what
+        numbers can keep.
+    """
+    for low in range(0, len(outcomes), _TOGETHER):
+        some = outcomes[low : low + _TOGETHER]
+        begun = time.perf_counter()
+        fits = _fits(some, tolerance)
+        share = (time.perf_counter() - begun) / len(some)
+        for outcome, fit in zip(some, fits, strict=True):
+            outcome.seconds["tube"] = outcome.seconds.get("tube", 0.0) + share
+            try:
+                yield fit if isinstance(fit, CablecadError) else finish_solid(outcome, _solution(outcome), fit, method)
+            except CablecadError as error:
+                yield error
+
+
+def _solution(outcome: CableOutcome) -> RodSolution:
+    assert outcome.solution is not None
+    return outcome.solution
+
+
+def _fits(outcomes: Sequence[CableOutcome], tolerance: float) -> list[FittedCentreline | CablecadError]:
+    """The fitted centrelines of cables, or why there is to be no tube around them."""
+    from cablecad.brep.fit import fit_centrelines
+    from cablecad.rod.draw import draw_together
+
+    draw_together(_solution(outcome).equilibrium for outcome in outcomes)
+    usable = [_usable(outcome, _solution(outcome), tolerance) for outcome in outcomes]
+    good = [(outcome, one) for outcome, one in zip(outcomes, usable, strict=True) if not isinstance(one, CablecadError)]
+    found = iter(
+        fit_centrelines(
+            [_solution(outcome).centreline for outcome, _ in good],
+            [outcome.cable.section.radius for outcome, _ in good],
+            [one for _, one in good],
+        )
+    )
+    return [one if isinstance(one, CablecadError) else next(found) for one in usable]
+
+
+def _usable(outcome: CableOutcome, solution: RodSolution, tolerance: float) -> float | CablecadError:
+    """The tolerance to fit a cable to, or why its tube cannot be made."""
+    try:
+        tolerance = _usable_tolerance(outcome, solution, tolerance)
+        _refuse_spoilt_tube(solution)
+    except CablecadError as error:
+        return error
+    return tolerance
+
+
+def finish_solid(
+    outcome: CableOutcome, solution: RodSolution, fit: FittedCentreline, method: Method = "direct"
+) -> TopoDS_Solid:
+    """Make and check the solid around a fitted centreline.
+
+    Raises:
+        InvalidTubeError: The tube would cut into itself.
+        GeometryError: Open Cascade failed, or the solid its check.
+    """
+    radius = outcome.cable.section.radius
+    with timed(outcome.seconds, "tube"):
+        _refuse_spoilt_fit(solution, fit)
+        from cablecad.brep.tube import build_tube
+
+        solid = build_tube(fit, radius, method=method)
+    with timed(outcome.seconds, "check"):
+        from cablecad.brep.check import check_solid, check_tube
+
+        if method == "direct":
+            check = check_tube(solid, fit, radius)
+        else:
+            check = check_solid(solid, radius=radius, length=fit.length)
+    outcome.fit, outcome.check = fit, check
+    # Pappus: the volume of a tube with a side off by e differs by 2 e / r at most, 4 e / r with room for its ends.
+    allowed = 4.0 * max(fit.deviation, 0.0 if method == "direct" else 1e-7) / radius + 1e-6
+    if not check.valid or abs(check.volume_error) > allowed:
+        raise GeometryError(
+            f"the solid failed its check (BRepCheck {'valid' if check.valid else 'not valid'}, "
+            f"volume off by {check.volume_error:.3g} of pi r^2 L, {allowed:.3g} allowed); try another tolerance"
+        )
+    return solid
+
+
+def _usable_tolerance(outcome: CableOutcome, solution: RodSolution, tolerance: float) -> float:
+    """The tolerance within what numbers can keep and what a tube can bear."""
+    cable = outcome.cable
+    radius, place = cable.section.radius, f"cables.{cable.name}.diameter"
+    if radius < _LEAST_RADIUS:
+        problem = (
+            "is too small for a solid, for Open Cascade takes points within 1e-7 mm for one: "
+            f"{2.0 * _LEAST_RADIUS:g} mm is the least; give the scene in larger units"
+        )
+        raise SceneError([Mistake(place, problem, cable.diameter)])
+    supports = (cable.start_support, cable.end_support)
+    reach = max(abs(x) for support in supports if not isinstance(support, Toward) for x in support.position)
+    floor = tolerance_floor(reach + solution.length)
+    if tolerance < floor:
+        problem = f"is below {floor:.3g} mm, the least that numbers can keep for cable {cable.name} at its place"
+        raise SceneError([Mistake("tolerance.shape", problem, tolerance)])
+    most = WORST_DEVIATION * radius
+    if most < floor:
+        problem = (
+            f"is too small at its place: a solid may be off by {most:.3g} mm, a twentieth of the radius, and numbers "
+            f"keep {floor:.3g} mm there; bring the scene nearer to the origin"
+        )
+        raise SceneError([Mistake(place, problem, cable.diameter)])
+    if tolerance > most:
+        outcome.notes.append(
+            f"tolerance {tolerance:g} mm was lowered to {most:g} mm, a twentieth of the cable's radius"
+        )
+    return min(tolerance, most)
+
+
+def _refuse_spoilt_tube(solution: RodSolution) -> None:
+    """Refuse a tube that would cut into itself, naming the first equilibrium that would not."""
+    spoilt = [violation.message for violation in solution.violations if violation.spoils_tube]
+    if not spoilt:
+        return
+    radius = solution.cable.section.radius
+    # An index counts in the wide list, which is what the cable gets when it asks for one.
+    for i, other in enumerate(solve(solution.cable, search="wide").equilibria):
+        gap, bend = other.self_gap, other.bend_radius_min
+        if (gap is None or gap >= 0.0) and (bend is None or bend > radius):
+            way_out = f"equilibrium = {i} does not touch itself"
+            break
+    else:
+        way_out = "none of the equilibria found keeps clear of itself"
+    raise InvalidTubeError(f"{'; '.join(spoilt)} ({way_out})")
+
+
+def _refuse_spoilt_fit(solution: RodSolution, fit: FittedCentreline) -> None:
+    """The same two conditions on the curve that is going to be built."""
+    cable, radius = solution.cable, solution.cable.section.radius
+    kappa, at = fit.greatest_curvature()
+    if kappa * radius >= 1.0:
+        raise InvalidTubeError(
+            f"the fitted centreline bends to {1.0 / kappa:.6g} mm at s = {at:.6g} mm, not more than the cable's radius "
+            f"{radius:.6g} mm; ask for a smaller tolerance or take a thinner cable"
+        )
+    exact = solution.self_gap
+    if exact is None or exact > _ROOM * fit.deviation or cable.allow_contact:
+        return  # both ends of a distance are off by the deviation at most
+    from cablecad.self_gap import self_gap
+
+    gap = self_gap(fit, radius)
+    if gap is not None and gap < 0.0:
+        raise InvalidTubeError(
+            f"the fitted centreline overlaps itself by {-gap:.6g} mm; ask for a smaller tolerance, or set "
+            "allow_contact = true"
+        )
