@@ -37,7 +37,12 @@ class Knots:
     def __init__(self, distinct: Array, degree: int) -> None:
         self.distinct, self.degree = distinct, degree
         self.spans = distinct.shape[-1] - 1
-        self.steps = distinct[..., 1:] - distinct[..., :-1]
+
+    @cached_property
+    def steps(self) -> Array:
+        """Lengths of the spans, shape (..., spans)."""
+        steps: Array = self.distinct[..., 1:] - self.distinct[..., :-1]
+        return steps
 
     @cached_property
     def near(self) -> Array:

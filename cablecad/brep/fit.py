@@ -181,15 +181,17 @@ def _rounded_away(one: _Curved, deviation: float) -> GeometryError:
 
 def _interpolate(curved: Sequence[_Curved], spans: int, wanted: Sequence[KnotCount]) -> list[FittedPiece]:
     """The splines through pieces of one kind at their knots of [0, 1], and their measured deviations."""
-    knots = np.stack([np.interp(np.linspace(0.0, k.knots[-1], spans + 1), k.knots, k.share) for k in wanted])
+    knots, even = np.ones((len(curved), spans + 1)), np.arange(spans)
+    for own, count in zip(knots, wanted, strict=True):
+        own[:-1] = np.interp(even * (count.knots[-1] / spans), count.knots, count.share)
     columns, ends = _sampled(bundled([one.piece for one in curved]), knots)
     radii = np.array([one.radius for one in curved])
-    frames = np.stack(ends[1:], axis=2)[:, :, None]  # (n, 2, 1, 3, 3)
-    given = (np.stack([count.ends for count in wanted]) @ frames).reshape(len(curved), 2, -1, 9)
-    values = columns[:, ::SAMPLES_A_SPAN]
-    spline = interpolate(knots, DEGREE, values, given[:, 0], given[:, 1])
+    frames = np.concatenate(ends[1:], axis=2).reshape(len(curved), 2, 1, 3, 3)
+    given = (np.array([count.ends for count in wanted]) @ frames).reshape(len(curved), -1, 9)
+    values, half = columns[:, ::SAMPLES_A_SPAN], given.shape[1] // 2
+    spline = interpolate(knots, DEGREE, values, given[:, :half], given[:, half:])
     # The binormal of a plane curve: a constant has constant poles, to the last digit.
-    level = (values == values[:, :1]).all(axis=1) & ~given.any(axis=(1, 2))
+    level = (values == values[:, :1]).all(axis=1) & ~given.any(axis=1)
     np.copyto(spline.poles, values[:, :1], where=level[:, None])
     deviation = np.zeros(len(curved))
     for low in range(0, spans, _BLOCK):
@@ -211,8 +213,8 @@ def _sampled(bundle: Bundle, knots: Array) -> tuple[Array, Frames]:
         Shape (n, samples, 9), and (n, 2, 3) each.
     """
     length = np.array([[piece.length] for piece in bundle.pieces])
-    inside = (knots[:, :-1, None] + np.diff(knots)[:, :, None] * _SHARES).reshape(len(knots), -1)
-    at = np.concatenate([inside, np.ones((len(knots), 1))], axis=1) * length
+    inside = knots[:, :-1, None] + (knots[:, 1:] - knots[:, :-1])[:, :, None] * _SHARES
+    at = np.concatenate([inside.reshape(len(knots), -1), knots[:, -1:]], axis=1) * length
     size = _BLOCK * SAMPLES_A_SPAN
     blocks = [bundle.frames(at[:, low : low + size]) for low in range(0, at.shape[1], size)]
     exact = Frames(*(np.concatenate(field, axis=1) for field in zip(*blocks, strict=True))) if blocks[1:] else blocks[0]
@@ -227,7 +229,8 @@ def _deviation(error: Array, radii: Array) -> Array:
     """
     scaled = radii[:, None, None]
     p, n, b = error[..., :3], scaled * error[..., 3:6], scaled * error[..., 6:]
-    plane = np.sqrt(np.maximum(dots(p + n, p + n), dots(p - n, p - n)).max(axis=1))
+    out, back = p + n, p - n
+    plane = np.sqrt(np.maximum(dots(out, out), dots(back, back)).max(axis=1))
     left = np.abs(b).max(axis=(1, 2))
     # A plane curve's binormal is constant but for rounding.
     greatest: Array = plane + math.sqrt(3.0) * left

@@ -25,6 +25,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -114,20 +115,28 @@ def _samples_of(piece: Piece) -> int:
     return max(_SAMPLES, math.ceil(min(wanted, _MOST_SAMPLES)))
 
 
+@lru_cache(maxsize=16)
+def _shares(samples: int) -> Array:
+    shares = np.linspace(0.0, 1.0, samples)
+    shares.flags.writeable = False
+    return shares
+
+
 def _count_alike(bundle: Bundle, samples: int, radii: Array, errors: Array) -> list[KnotCount]:
     """`count_knots` for pieces of one kind by as many samples each."""
-    length = np.array([piece.length for piece in bundle.pieces])
-    share = np.linspace(0.0, 1.0, samples)
-    sizes, found = np.empty((2, len(length), samples)), []
+    length = np.array([[piece.length] for piece in bundle.pieces])
+    share, size = _shares(samples), radii[:, None] / length
+    sizes, ends = np.empty((2, len(length), samples)), np.empty((len(length), 2, len(_END_ORDERS), 3, 3))
     for low in range(0, samples, _BLOCK):
-        turning = _turning(bundle, length[:, None] * share[low : low + _BLOCK])
-        sizes[..., low : low + _BLOCK] = turning.sizes((radii / length)[:, None])
-        found += [turning.derivatives(0, _END_ORDERS), turning.derivatives(-1, _END_ORDERS)]
-    density = _spread(knot_density(sizes[0], sizes[1], (errors / length)[:, None]))
+        turning = _turning(bundle, length * share[low : low + _BLOCK])
+        sizes[..., low : low + _BLOCK] = turning.sizes(size)
+        if not low:
+            ends[:, 0] = turning.derivatives(0, _END_ORDERS)
+    ends[:, 1] = turning.derivatives(-1, _END_ORDERS)
+    ends[..., 0, :] *= length[..., None, None]
+    density = _spread(knot_density(sizes[0], sizes[1], errors[:, None] / length))
     knots = np.zeros((len(length), samples))
     np.cumsum((density[:, 1:] + density[:, :-1]) / (2.0 * (samples - 1)), axis=1, out=knots[:, 1:])
-    ends = np.stack([found[0], found[-1]], axis=1)
-    ends[..., 0, :] *= length[:, None, None, None]
     return [KnotCount(share, *each) for each in zip(knots, ends, strict=True)]
 
 
