@@ -30,9 +30,8 @@ from cablecad.pipeline import run_build
 if TYPE_CHECKING:
     from OCP.TopoDS import TopoDS_Shape, TopoDS_Solid
 
-    from cablecad.brep.spline import FittedCentreline
+    from cablecad.pipeline.solid import Prepared
     from cablecad.report import CableOutcome
-    from cablecad.rod.solution import RodSolution
 
 OURS = "cablecad"
 SHELL, SHELL_256 = "on MakePipeShell along our fit, 1e-6 mm", "on MakePipeShell along 256 spans, 1e-3 mm"
@@ -211,26 +210,26 @@ def _swept(name: str) -> Iterator[None]:
 
     finish_solid = solid.finish_solid
 
-    def along_our_fit(
-        outcome: CableOutcome, solution: RodSolution, fit: FittedCentreline, _method: object = None
-    ) -> TopoDS_Solid:
-        return finish_solid(outcome, solution, fit, "pipe_shell")
-
-    def along_256_spans(
-        outcome: CableOutcome, solution: RodSolution, fit: FittedCentreline, _method: object = None
-    ) -> TopoDS_Solid:
+    def along_256_spans(outcome: CableOutcome, prepared: Prepared, _method: object = None) -> TopoDS_Solid:
         def build_tube(_fit: object, radius: float, **_method: object) -> TopoDS_Shape:
-            start = solution.centreline.frames([0.0])
-            spine = quintic_spine(solution.centreline, 256)
-            return sweep_pipe_shell(spine, start.position[0], start.tangent[0], radius, tolerance=fit.tolerance)
+            assert outcome.solution is not None
+            curve = outcome.solution.centreline
+            start = curve.frames([0.0])
+            tolerance = prepared.fit.tolerance
+            return sweep_pipe_shell(
+                quintic_spine(curve, 256), start.position[0], start.tangent[0], radius, tolerance=tolerance
+            )
 
         with _replaced(tube, "build_tube", build_tube):
-            return finish_solid(outcome, solution, fit)
+            return finish_solid(outcome, prepared)
 
     if name == OURS:
         yield
+    elif name == SHELL:
+        with _replaced(solid, "make_solids", partial(solid.make_solids, method="pipe_shell")):
+            yield
     else:
-        with _replaced(solid, "finish_solid", along_our_fit if name == SHELL else along_256_spans):
+        with _replaced(solid, "finish_solid", along_256_spans):
             yield
 
 

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from itertools import repeat
+from typing import TYPE_CHECKING, NamedTuple
 
 from cablecad.errors import CablecadError, GeometryError, InvalidTubeError, Mistake, SceneError
 from cablecad.model import Toward, tolerance_floor
@@ -18,6 +19,7 @@ from cablecad.report import CableOutcome
 if TYPE_CHECKING:
     from OCP.TopoDS import TopoDS_Solid
 
+    from cablecad.brep.measure import Measured
     from cablecad.brep.spline import FittedCentreline
     from cablecad.rod.solution import RodSolution
 
@@ -52,14 +54,18 @@ def make_solids(
     for low in range(0, len(outcomes), _TOGETHER):
         some = outcomes[low : low + _TOGETHER]
         begun = time.perf_counter()
-        fits = _fits(some, tolerance)
+        prepared = _prepared(some, tolerance, method)
         share = (time.perf_counter() - begun) / len(some)
-        for outcome, fit in zip(some, fits, strict=True):
+        for outcome, one in zip(some, prepared, strict=True):
             outcome.seconds["tube"] = outcome.seconds.get("tube", 0.0) + share
-            try:
-                yield fit if isinstance(fit, CablecadError) else finish_solid(outcome, _solution(outcome), fit, method)
-            except CablecadError as error:
-                yield error
+            yield one if isinstance(one, CablecadError) else _finished(outcome, one, method)
+
+
+class Prepared(NamedTuple):
+    """A centreline fit for a tube, and what that tube measures; None where its solid is to be measured itself."""
+
+    fit: FittedCentreline
+    measured: Measured | None
 
 
 def _solution(outcome: CableOutcome) -> RodSolution:
@@ -67,46 +73,55 @@ def _solution(outcome: CableOutcome) -> RodSolution:
     return outcome.solution
 
 
-def _fits(outcomes: Sequence[CableOutcome], tolerance: float) -> list[FittedCentreline | CablecadError]:
+def _prepared(outcomes: Sequence[CableOutcome], tolerance: float, method: Method) -> list[Prepared | CablecadError]:
     """The fitted centrelines of cables, or why there is to be no tube around them."""
     from cablecad.brep.fit import fit_centrelines
+    from cablecad.brep.measure import measure_tubes
     from cablecad.rod.draw import draw_together
 
     draw_together(_solution(outcome).equilibrium for outcome in outcomes)
-    usable = [_usable(outcome, _solution(outcome), tolerance) for outcome in outcomes]
-    good = [(outcome, one) for outcome, one in zip(outcomes, usable, strict=True) if not isinstance(one, CablecadError)]
-    found = iter(
-        fit_centrelines(
-            [_solution(outcome).centreline for outcome, _ in good],
-            [outcome.cable.section.radius for outcome, _ in good],
-            [one for _, one in good],
-        )
+    results: dict[int, Prepared | CablecadError] = {}
+    usable: dict[int, float] = {}
+    for i, outcome in enumerate(outcomes):
+        try:
+            usable[i] = _usable_tolerance(outcome, _solution(outcome), tolerance)
+            _refuse_spoilt_tube(_solution(outcome))
+        except CablecadError as error:
+            results[i] = error
+    good = [i for i in usable if i not in results]
+    radii = [outcome.cable.section.radius for outcome in outcomes]
+    fits = fit_centrelines(
+        [_solution(outcomes[i]).centreline for i in good], [radii[i] for i in good], [usable[i] for i in good]
     )
-    return [one if isinstance(one, CablecadError) else next(found) for one in usable]
+    fitted: dict[int, FittedCentreline] = {}
+    for i, fit in zip(good, fits, strict=True):
+        if isinstance(fit, GeometryError):
+            results[i] = fit
+        else:
+            fitted[i] = fit
+    measured = measure_tubes(list(fitted.values()), [radii[i] for i in fitted]) if method == "direct" else repeat(None)
+    results |= {i: Prepared(fit, size) for (i, fit), size in zip(fitted.items(), measured, strict=False)}
+    return [results[i] for i in range(len(outcomes))]
 
 
-def _usable(outcome: CableOutcome, solution: RodSolution, tolerance: float) -> float | CablecadError:
-    """The tolerance to fit a cable to, or why its tube cannot be made."""
+def _finished(outcome: CableOutcome, prepared: Prepared, method: Method) -> TopoDS_Solid | CablecadError:
+    """The solid of a cable, or why there is none."""
     try:
-        tolerance = _usable_tolerance(outcome, solution, tolerance)
-        _refuse_spoilt_tube(solution)
+        return finish_solid(outcome, prepared, method)
     except CablecadError as error:
         return error
-    return tolerance
 
 
-def finish_solid(
-    outcome: CableOutcome, solution: RodSolution, fit: FittedCentreline, method: Method = "direct"
-) -> TopoDS_Solid:
+def finish_solid(outcome: CableOutcome, prepared: Prepared, method: Method = "direct") -> TopoDS_Solid:
     """Make and check the solid around a fitted centreline.
 
     Raises:
         InvalidTubeError: The tube would cut into itself.
         GeometryError: Open Cascade failed, or the solid its check.
     """
-    radius = outcome.cable.section.radius
+    fit, radius = prepared.fit, outcome.cable.section.radius
     with timed(outcome.seconds, "tube"):
-        _refuse_spoilt_fit(solution, fit)
+        _refuse_spoilt_fit(_solution(outcome), fit)
         from cablecad.brep.tube import build_tube
 
         solid = build_tube(fit, radius, method=method)
@@ -114,7 +129,7 @@ def finish_solid(
         from cablecad.brep.check import check_solid, check_tube
 
         if method == "direct":
-            check = check_tube(solid, fit, radius)
+            check = check_tube(solid, fit, radius, prepared.measured)
         else:
             check = check_solid(solid, radius=radius, length=fit.length)
     outcome.fit, outcome.check = fit, check

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from curves import Helix, arch, chain
 
+from cablecad.brep import measure
 from cablecad.brep.bspline import Spline
 from cablecad.brep.check import check_solid, check_tube
 from cablecad.brep.fit import fit_centreline
@@ -67,3 +68,14 @@ def test_it_is_the_fit_that_is_measured() -> None:
     exact = np.subtract(measure_tube(fit, 2.0), (0.0, 8.0 * math.pi))
     assert sides[0] / exact[0] == pytest.approx(1.01, rel=1e-9)
     assert sides[1] / exact[1] == pytest.approx(1.005, rel=1e-4)
+
+
+def test_many_together_are_as_each_alone() -> None:
+    """More spans than are worked on at once, and straight tubes among them."""
+    fits = [fit_centreline(curve, 2.0, tolerance=1e-9) for curve in CURVES.values()] * 3
+    fits.insert(2, fit_centreline(chain((40.0, 0.0)), 3.0, tolerance=1e-3))
+    assert sum(fit.spans for fit in fits) > 2 * measure._BLOCK
+    radii = [0.5 + 0.1 * i for i in range(len(fits))]
+    for fit, radius, measured in zip(fits, radii, measure.measure_tubes(fits, radii), strict=True):
+        assert measured == pytest.approx(measure_tube(fit, radius), rel=1e-13)
+    assert measure.measure_tubes([], []) == []

@@ -1,0 +1,95 @@
+"""Solids made together are those of each built alone, and what one cable lacks costs no other its own."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cablecad.bench.whole import loom
+from cablecad.brep.check import volume_of
+from cablecad.errors import CablecadError, GeometryError, InvalidTubeError, SceneError
+from cablecad.model import Cable, Pin, Port
+from cablecad.pipeline import build, solve, solve_many
+from cablecad.pipeline import solid as solid_module
+from cablecad.pipeline.solid import make_solids
+from cablecad.report import CableOutcome
+
+UP = (0.0, 0.0, 1.0)
+
+
+def outcomes(cables: list[Cable]) -> list[CableOutcome]:
+    solved = solve_many(cables, measured=False)
+    assert not any(isinstance(one, CablecadError) for one in solved)
+    return [CableOutcome(cable, solution) for cable, solution in zip(cables, solved, strict=True)]  # type: ignore[arg-type]
+
+
+def assorted() -> list[Cable]:
+    """Arches with and without lead-outs, straight, pinned, taut, thick and thin."""
+    return [
+        *loom(5).cables,
+        Cable("lead-outs", 3.0, Port((0, 0, 0), UP, 12.0), Port((90, 0, 0), UP, 8.0), length=260.0),
+        Cable("straight", 2.0, Port((0, 0, 0), (1, 0, 0)), Port((100, 0, 0), (-1, 0, 0)), length=100.0),
+        Cable("pinned", 2.0, Pin((0, 0, 0)), Pin((80, 0, 0)), length=100.0),
+        Cable("taut", 0.5, Port((0, 0, 0), UP), Port((100, 0, 0), UP), length=100.5),
+        *loom(3).cables,
+    ]
+
+
+def test_made_together_and_alone() -> None:
+    cables = assorted()
+    some = outcomes(cables)
+    for cable, outcome, solid in zip(cables, some, make_solids(some, 1e-3), strict=True):
+        assert not isinstance(solid, CablecadError)
+        alone = build(cable, tolerance=1e-3)
+        assert outcome.fit is not None
+        assert alone.outcome.fit is not None
+        assert outcome.fit.spans == alone.outcome.fit.spans
+        assert outcome.fit.deviation <= 1e-3
+        assert outcome.check is not None
+        assert outcome.check.valid
+        assert volume_of(solid) == pytest.approx(volume_of(alone.solid.wrapped), rel=1e-9)
+        assert outcome.check.volume == pytest.approx(volume_of(solid), rel=1e-6)
+        assert outcome.seconds["tube"] > 0.0
+        s = np.linspace(0.0, outcome.fit.length, 7)
+        assert np.abs(outcome.fit.frames(s).position - alone.outcome.fit.frames(s).position).max() < 1e-9
+
+
+def test_each_failure_is_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    cables = assorted()
+    cables.insert(1, Cable("thick", 260.0, Port((0, 0, 0), UP), Port((120, 0, 0), UP), length=300.0))
+    cables.insert(3, Cable("hair", 1e-6, Port((0, 0, 0), UP), Port((120, 0, 0), UP), length=300.0))
+    cables.insert(6, Cable("spoilt", 4.0, Port((0, 0, 0), UP), Port((121, 0, 0), UP), length=300.0))
+    some = outcomes(cables)
+    finish_solid = solid_module.finish_solid
+
+    def fails(outcome: CableOutcome, *prepared: Any) -> object:
+        if outcome is some[6]:
+            raise GeometryError("Open Cascade failed")
+        return finish_solid(outcome, *prepared)
+
+    monkeypatch.setattr(solid_module, "finish_solid", fails)
+    kinds = [type(one) if isinstance(one, CablecadError) else None for one in make_solids(some, 1e-3)]
+    wanted: list[type | None] = [None] * len(cables)
+    wanted[1], wanted[3], wanted[6] = InvalidTubeError, SceneError, GeometryError
+    assert kinds == wanted
+    assert some[6].fit is None
+
+
+def test_a_sweep_is_measured_itself() -> None:
+    some = outcomes(list(loom(3).cables))
+    for outcome, solid in zip(some, make_solids(some, 1e-3, "pipe_shell"), strict=True):
+        assert not isinstance(solid, CablecadError)
+        assert outcome.check is not None
+        assert outcome.check.volume == pytest.approx(volume_of(solid), rel=1e-6)
+
+
+def test_the_curves_are_those_of_the_solutions() -> None:
+    (outcome,) = outcomes([loom(1).cables[0]])
+    (solid,) = make_solids([outcome], 1e-3)
+    assert not isinstance(solid, CablecadError)
+    curve = solve(loom(1).cables[0]).centreline
+    s = np.linspace(0.0, curve.length, 50)
+    assert outcome.fit is not None
+    assert np.abs(outcome.fit.frames(s).position - curve.position(s)).max() < 1e-3
