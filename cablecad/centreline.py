@@ -17,8 +17,9 @@ Source: R. L. Bishop, There is more than one way to frame a curve, Amer. Math. M
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
@@ -194,6 +195,12 @@ class Arc:
         return abs(self.kappa), self.length / 2.0
 
 
+def _ends(piece: Piece) -> Frames:
+    """Positions and frames at both ends of a piece, shape (2, 3) each; some have them at hand."""
+    known: Callable[[], Frames] | None = getattr(piece, "ends", None)
+    return piece.frames(np.array([0.0, piece.length])) if known is None else known()
+
+
 def locate(s: ArrayLike, breaks: Array, side: Side) -> tuple[Array, NDArray[np.intp]]:
     """Arclengths checked and clipped, shape (n,), and the number of the piece each belongs to seen from `side`.
 
@@ -240,11 +247,14 @@ class Centreline:
         self._check_joints()
 
     def _check_joints(self) -> None:
-        for i, (before, after) in enumerate(zip(self.pieces, self.pieces[1:], strict=False)):
-            a, b = before.frames(np.array([before.length])), after.frames(np.array([0.0]))
-            gap = float(np.linalg.norm(a.position - b.position))
-            reach = self.length + float(np.abs(a.position).max())
-            turn = max(float(np.linalg.norm(getattr(a, v) - getattr(b, v))) for v in ("tangent", "normal"))
+        if len(self.pieces) == 1:
+            return
+        ends = [_ends(piece) for piece in self.pieces]
+        for i, (before, after) in enumerate(pairwise(ends)):
+            place = before.position[1]
+            gap = math.dist(place, after.position[0])
+            reach = self.length + max(map(abs, place.tolist()))
+            turn = max(math.dist(before.tangent[1], after.tangent[0]), math.dist(before.normal[1], after.normal[0]))
             if not (gap <= JOINT_TOLERANCE * reach and turn <= JOINT_TOLERANCE):  # a NaN does not join either
                 raise GeometryError(
                     f"pieces {i} and {i + 1} of the centreline do not join at s = {self.breaks[i + 1]:g} mm: "

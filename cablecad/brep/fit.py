@@ -186,8 +186,7 @@ def _interpolate(curved: Sequence[_Curved], spans: int, wanted: Sequence[KnotCou
         own[:-1] = np.interp(even * (count.knots[-1] / spans), count.knots, count.share)
     columns, ends = _sampled(bundled([one.piece for one in curved]), knots)
     radii = np.array([one.radius for one in curved])
-    frames = np.concatenate(ends[1:], axis=2).reshape(len(curved), 2, 1, 3, 3)
-    given = (np.array([count.ends for count in wanted]) @ frames).reshape(len(curved), -1, 9)
+    given = (np.array([count.ends for count in wanted]) @ ends[:, :, None, 1:]).reshape(len(curved), -1, 9)
     values, half = columns[:, ::SAMPLES_A_SPAN], given.shape[1] // 2
     spline = interpolate(knots, DEGREE, values, given[:, :half], given[:, half:])
     # The binormal of a plane curve: a constant has constant poles, to the last digit.
@@ -198,19 +197,19 @@ def _interpolate(curved: Sequence[_Curved], spans: int, wanted: Sequence[KnotCou
         sampled = spline.sampled(_AT_SHARES, slice(low, low + _BLOCK))[0]
         error = sampled - columns[:, low * SAMPLES_A_SPAN :][:, : sampled.shape[1]]
         np.maximum(deviation, _deviation(error, radii), out=deviation)
-    each = zip(curved, deviation.tolist(), ends.position, ends.tangent, ends.normal, strict=True)
-    return [FittedPiece(one.piece.length, spline.one(i), off, *end) for i, (one, off, *end) in enumerate(each)]
+    each = enumerate(zip(curved, deviation.tolist(), ends[:, :, :3], strict=True))
+    return [FittedPiece(one.piece.length, spline.one(i), off, end) for i, (one, off, end) in each]
 
 
-def _sampled(bundle: Bundle, knots: Array) -> tuple[Array, Frames]:
-    """Position, normal and binormal of pieces at the samples of their spans, and their frames at both ends.
+def _sampled(bundle: Bundle, knots: Array) -> tuple[Array, Array]:
+    """Position, normal and binormal of pieces at the samples of their spans, and at both ends the tangent too.
 
     Args:
         bundle: The pieces, n of them.
         knots: Of each, shape (n, spans + 1).
 
     Returns:
-        Shape (n, samples, 9), and (n, 2, 3) each.
+        Shape (n, samples, 9); and of both ends position, tangent, normal and binormal, shape (n, 2, 4, 3).
     """
     length = np.array([[piece.length] for piece in bundle.pieces])
     inside = knots[:, :-1, None] + (knots[:, 1:] - knots[:, :-1])[:, :, None] * _SHARES
@@ -219,7 +218,8 @@ def _sampled(bundle: Bundle, knots: Array) -> tuple[Array, Frames]:
     blocks = [bundle.frames(at[:, low : low + size]) for low in range(0, at.shape[1], size)]
     exact = Frames(*(np.concatenate(field, axis=1) for field in zip(*blocks, strict=True))) if blocks[1:] else blocks[0]
     columns = np.concatenate([exact.position, exact.normal, exact.binormal], axis=2)
-    return columns, Frames(*(field[:, :: at.shape[1] - 1].copy() for field in exact))
+    ends = np.concatenate([field[:, :: at.shape[1] - 1] for field in exact], axis=2)
+    return columns, ends.reshape(len(knots), 2, 4, 3)
 
 
 def _deviation(error: Array, radii: Array) -> Array:

@@ -8,6 +8,7 @@ Nothing here needs Open Cascade.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -35,17 +36,13 @@ class FittedPiece:
         length: Of the exact piece [mm]; the spline's parameter is arclength over length, up to the deviation.
         spline: Of nine columns: position [mm], normal and binormal.
         deviation: Greatest sampled distance between the tube's side and the exact one [mm].
-        end_normal: Normals of the exact frame at both ends, shape (2, 3); likewise the next two.
-        end_tangent: Tangents.
-        end_position: Positions [mm].
+        ends: Of the exact piece at both ends position [mm], tangent and normal, shape (2, 3, 3).
     """
 
     length: float
     spline: Spline
     deviation: float
-    end_position: Array
-    end_tangent: Array
-    end_normal: Array
+    ends: Array
 
     @property
     def spans(self) -> int:
@@ -71,20 +68,35 @@ class FittedPiece:
 
     def greatest_curvature(self) -> tuple[float, float]:
         """The greatest sampled |curvature| [1/mm] and its arclength [mm]."""
-        kappa, at = 0.0, 0.0
-        for low in range(0, self.spans, _BLOCK):
-            block = slice(low, low + _BLOCK)
-            _, first, second = self.spline.sampled(_BENDS_AT_SHARES, block)[:, :, :3]
-            square = dots(first, first)
-            normal = second - (dots(second, first) / square)[:, None] * first
-            bend = dots(normal, normal) / square**2
-            i = int(np.argmax(bend))
-            if bend[i] >= kappa:
-                span, sample = divmod(i, len(_SHARES))
-                kappa = float(bend[i])
-                left, right = self.knots[low + span : low + span + 2].tolist()
-                at = left + (right - left) * float(_SHARES[sample])
-        return math.sqrt(kappa), at * self.length
+        if "_tightest" not in self.__dict__:
+            find_tightest([self])
+        tightest: tuple[float, float] = self.__dict__["_tightest"]
+        return tightest
+
+
+def find_tightest(pieces: Sequence[FittedPiece]) -> None:
+    """Find the greatest curvatures of pieces together, which then have them at hand."""
+    if not pieces:
+        return
+    polynomials = np.concatenate([piece.spline.polynomials[..., :3] for piece in pieces])
+    steps = np.concatenate([piece.spline.knots.steps for piece in pieces])[:, None, None]
+    bends, at = np.empty(len(steps)), np.empty(len(steps), dtype=np.intp)
+    for low in range(0, len(steps), _BLOCK):
+        own = slice(low, low + _BLOCK)
+        first, second = _BENDS_AT_SHARES[1:, None] @ polynomials[own]
+        first, second = first / steps[own], second / steps[own] ** 2
+        square = dots(first, first)
+        normal = second - (dots(second, first) / square)[..., None] * first
+        bend = dots(normal, normal) / square**2
+        at[own] = bend.argmax(axis=1)
+        bends[own] = bend.max(axis=1)
+    low = 0
+    for piece in pieces:
+        span = low + int(np.argmax(bends[low : low + piece.spans]))
+        left, right = piece.knots[span - low : span - low + 2].tolist()
+        share = left + (right - left) * float(_SHARES[at[span]])
+        piece.__dict__["_tightest"] = math.sqrt(bends[span]), share * piece.length
+        low += piece.spans
 
 
 @dataclass(frozen=True)

@@ -123,7 +123,7 @@ def _direct(fit: FittedCentreline, radius: float) -> TopoDS_Solid:
     builder = BRep_Builder()
     frames = [_end_frames(piece) for piece in fit.pieces]
     corners = [frames[0][0]] + [ends[1] for ends in frames]
-    reach = max(float(np.abs(corner[0]).max()) for corner in corners) + fit.length
+    reach = max(abs(x) for corner in corners for x in corner[0].tolist()) + fit.length
     tolerance = max(_EDGE_TOLERANCE, 1e-14 * reach)
     stations = [_station(builder, corner, radius, tolerance) for corner in corners]
     shell = TopoDS_Shell()
@@ -141,12 +141,11 @@ def _direct(fit: FittedCentreline, radius: float) -> TopoDS_Solid:
 
 def _end_frames(piece: Line | FittedPiece) -> tuple[Array, Array]:
     """Position, tangent and normal at both ends of a piece, shape (3, 3) each."""
-    if isinstance(piece, Line):
-        at = piece.frames(np.array([0.0, piece.length]))
-        ends = np.stack([at.position, at.tangent, at.normal], axis=1)
-    else:
-        ends = np.stack([piece.end_position, piece.end_tangent, piece.end_normal], axis=1)
-    return ends[0], ends[1]
+    if isinstance(piece, FittedPiece):
+        return piece.ends[0], piece.ends[1]
+    at = piece.frames(np.array([0.0, piece.length]))
+    start, end = np.stack([at.position, at.tangent, at.normal], axis=1)
+    return start, end
 
 
 def _station(builder: BRep_Builder, frame: Array, radius: float, tolerance: float) -> _Station:

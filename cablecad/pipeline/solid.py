@@ -77,6 +77,7 @@ def _prepared(outcomes: Sequence[CableOutcome], tolerance: float, method: Method
     """The fitted centrelines of cables, or why there is to be no tube around them."""
     from cablecad.brep.fit import fit_centrelines
     from cablecad.brep.measure import measure_tubes
+    from cablecad.brep.spline import FittedPiece, find_tightest
     from cablecad.rod.draw import draw_together
 
     draw_together(_solution(outcome).equilibrium for outcome in outcomes)
@@ -99,6 +100,7 @@ def _prepared(outcomes: Sequence[CableOutcome], tolerance: float, method: Method
             results[i] = fit
         else:
             fitted[i] = fit
+    find_tightest([piece for fit in fitted.values() for piece in fit.pieces if isinstance(piece, FittedPiece)])
     measured = measure_tubes(list(fitted.values()), [radii[i] for i in fitted]) if method == "direct" else repeat(None)
     results |= {i: Prepared(fit, size) for (i, fit), size in zip(fitted.items(), measured, strict=False)}
     return [results[i] for i in range(len(outcomes))]

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from cablecad.centreline import Array, Centreline, Frames, Line, Piece, Placement
+from cablecad.centreline import Array, Centreline, Line, Piece, Placement
 from cablecad.rod.elasticas import Elasticas
 from cablecad.rod.midpoint import State
 from cablecad.rod.pieces import Elastica, TautCable
@@ -23,8 +23,7 @@ _FEWEST = 3
 
 def draw(trace: Trace) -> Shape:
     """The shape of one equilibrium."""
-    free = _taut(trace) if trace.is_taut else _elastica(trace)
-    return _shape(trace, free, free.ends())
+    return _shape(trace, _taut(trace) if trace.is_taut else _elastica(trace))
 
 
 def draw_together(equilibria: Iterable[Equilibrium]) -> None:
@@ -37,9 +36,9 @@ def draw_together(equilibria: Iterable[Equilibrium]) -> None:
     if len(plain) < _FEWEST:
         return
     pieces = [_elastica(trace) for _, trace in plain]
-    ends = Elasticas(pieces).mark()
-    for i, ((one, trace), piece) in enumerate(zip(plain, pieces, strict=True)):
-        one.__dict__["shape"] = _shape(trace, piece, Frames(*(each[i] for each in ends)))
+    Elasticas(pieces).mark()
+    for (one, trace), piece in zip(plain, pieces, strict=True):
+        one.__dict__["shape"] = _shape(trace, piece)
 
 
 def _taut(trace: Trace) -> TautCable:
@@ -59,15 +58,9 @@ def _placement(span: Span, angle: float) -> Placement:
     return Placement(span.start, cosine * span.e1 + sine * span.e2, cosine * span.e2 - sine * span.e1)
 
 
-def _shape(trace: Trace, free: Elastica | TautCable, ends: Frames) -> Shape:
-    """The centreline with its lead-outs, and the supports' wrenches about the cable's own end points.
-
-    Args:
-        trace: The equilibrium.
-        free: Its free part.
-        ends: Positions and frames at both ends of that, shape (2, 3) each.
-    """
-    span, found, place = trace.span, trace.among, trace.place
+def _shape(trace: Trace, free: Elastica | TautCable) -> Shape:
+    """The centreline, `free` and its lead-outs, and the supports' wrenches about the cable's own end points."""
+    span, found, place, ends = trace.span, trace.among, trace.place, free.ends()
     pieces: list[Piece] = [free]
     tangents, normals = ends.tangent, ends.normal
     begin, finish = span.start, ends.position[1]

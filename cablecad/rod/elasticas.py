@@ -47,13 +47,14 @@ class Elasticas:
         turns = elastica_derivatives(at.kappa.ravel(), at.sine.ravel(), at.cosine.ravel(), force, order)[1]
         return in_own_frame(turns).reshape(order + 1, *s.shape)
 
-    def mark(self) -> Frames:
-        """Positions and frames at both ends, shape (n, 2, 3) each; the pieces then have their marks at hand."""
+    def mark(self) -> None:
+        """Find the marks and the ends of all, which the pieces then have at hand."""
         places, at, has_crest = self._each.marks()
+        ends = self._frames(Points(*(each[:, [0, 2]] for each in at)))
         for i, piece in enumerate(self.pieces):
             own = [0, 1, 2] if has_crest[i] else [0, 2]
-            piece.keep_marks(places[i, own], Points(*(each[i, own] for each in at)))
-        return self._frames(Points(*(each[:, [0, 2]] for each in at)))
+            points = Points(*[each[i, own] for each in at])
+            piece.keep(places[i, own], points, Frames(*[each[i] for each in ends]))
 
     def _frames(self, at: Points) -> Frames:
         """Frames from points counted from mid-span, shape (n, k)."""

@@ -111,9 +111,9 @@ class Elastica(_Shape):
         places = np.array([-0.5, min(s, 0.5), 0.5] if s <= CREST_WITHIN else [-0.5, 0.5])
         return places, self._course.at(places)
 
-    def keep_marks(self, places: Array, at: Points) -> None:
-        """Have the marks at hand that were found together with those of others."""
-        self.__dict__["_marks"] = places, at
+    def keep(self, places: Array, at: Points, ends: Frames) -> None:
+        """Have the marks and the ends at hand that were found together with those of others."""
+        self.__dict__["_marks"], self.__dict__["_ends"] = (places, at), ends
 
     @classmethod
     def bundle(cls, pieces: Sequence[Elastica]) -> Elasticas:
@@ -122,6 +122,10 @@ class Elastica(_Shape):
 
     def ends(self) -> Frames:
         """Positions and frames at both ends, shape (2, 3) each."""
+        return self._ends
+
+    @cached_property
+    def _ends(self) -> Frames:
         return self._frames(self._from_start(Points(*(each[[0, -1]] for each in self._marks[1]))))
 
     def greatest_curvature(self) -> tuple[float, float]:

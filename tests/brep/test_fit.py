@@ -187,10 +187,10 @@ def test_ends_are_exact(name: str) -> None:
         assert np.abs(values - np.hstack([frames.position, frames.normal, frames.binormal])).max() < 4 * EPS * 350.0
         turning = np.hstack([frames.tangent, -k[:, :1] * frames.tangent, -k[:, 1:] * frames.tangent])
         assert np.abs(slopes - turning).max() < 1e-12
-        assert np.abs(piece.end_position - frames.position).max() < 4 * EPS * 350.0
-        assert np.abs(piece.end_tangent - frames.tangent).max() < 4 * EPS
-        assert np.abs(piece.end_normal - frames.normal).max() < 4 * EPS
-        assert np.array_equal(piece.end_position, piece.poles[[0, -1], :3])
+        assert np.abs(piece.ends[:, 0] - frames.position).max() < 4 * EPS * 350.0
+        assert np.abs(piece.ends[:, 1] - frames.tangent).max() < 4 * EPS
+        assert np.abs(piece.ends[:, 2] - frames.normal).max() < 4 * EPS
+        assert np.array_equal(piece.ends[:, 0], piece.poles[[0, -1], :3])
 
 
 def test_derivatives_are_continuous_but_for_the_highest() -> None:
@@ -377,7 +377,7 @@ def test_many_together_are_as_each_alone() -> None:
             if isinstance(want, FittedPiece):
                 assert isinstance(got, FittedPiece)
                 assert np.abs(got.poles - want.poles).max() < 1e-10
-                assert np.abs(got.end_position - want.end_position).max() < 1e-11
+                assert np.abs(got.ends - want.ends).max() < 1e-11
                 assert got.greatest_curvature() == pytest.approx(want.greatest_curvature(), rel=1e-9)
             else:
                 assert got is want
