@@ -23,7 +23,7 @@ from cablecad.rod.classify import classify, classify_taut, padded
 from cablecad.rod.equilibria import SHARP_MODES, Equilibria, absolute, join, modes_for, ranked
 from cablecad.rod.polish import polish
 from cablecad.rod.problem import Problem
-from cablecad.rod.ritz import descend, first_force, newton, ritz
+from cablecad.rod.ritz import descend, first_force, gap, newton, ritz
 from cablecad.rod.starts import starts
 from cablecad.rod.taut import EXACT, Taut, taut, wrap
 from cablecad.rod.trial import Array, legendre
@@ -39,8 +39,14 @@ ONE_POINT = 1e-12
 CHUNK = 512
 """Scenes that go through together, an eighth of it in a wide search: 100 MB (wide 400), and no faster with more."""
 
+_ALIKE = 1e-9
+"""Energies that differ by less are one: rounding."""
+
 _FEW = 24
 """Up to so many near solutions are finished in one go, by the modes of the hardest."""
+
+_FULL = 0.1
+"""Share of the excess that a discretised solution may miss."""
 
 RESIDUAL = 1e-12
 """Largest unmet end condition of a solution: position over length, angle in radians."""
@@ -120,14 +126,25 @@ def solve_planar(
     for problem, scenes in problems:
         for some in _chunks(scenes, wide=search == "wide"):
             parts.append(_run(problem, some, descents, wide=search == "wide"))
-            answered = np.zeros(count, dtype=bool)
-            answered[parts[-1].scene[parts[-1].stable_in_plane]] = True
-            missing = some[~answered[some]]
+            missing = some[~_answered(parts[-1], count)[some]]
             if len(missing) and search != "wide":
                 parts += [_run(problem, few, descents, wide=True) for few in _chunks(missing, wide=True)]
     found = ranked(absolute(join(*parts), start_angle, end_angle, frame))
     result[found.scene] = SOLVED
     return Search(found, list(result), descents)
+
+
+def _answered(found: Equilibria, count: int) -> np.ndarray:
+    """For which of `count` scenes the equilibrium of least energy is stable in the plane.
+
+    One that is not proves that there is a lower one, down the way it gives in to.
+    """
+    least, stable = np.full((2, count), np.inf)
+    np.minimum.at(least, found.scene, found.energy)
+    own = found.stable_in_plane
+    np.minimum.at(stable, found.scene[own], found.energy[own])
+    answered: np.ndarray = np.isfinite(stable) & (stable <= least * (1.0 + _ALIKE))
+    return answered
 
 
 def _chunks(scenes: np.ndarray, *, wide: bool) -> list[np.ndarray]:
@@ -166,15 +183,16 @@ def _run(problem: Problem, scenes: np.ndarray, descents: np.ndarray, *, wide: bo
         z[:, :4] = data
         starting = z
         z, force, reached = descend(coarse, z, problem.excess[scene])
+        energy = ((z[:, 1] - z[:, 0]) ** 2 + np.sum(z[:, 2:] ** 2, axis=1)) / 2.0
+        np.minimum.at(best, scene[reached], energy[reached])
         kept = np.flatnonzero(reached)
-        kept = kept[_distinct(scene[kept], z[kept])]
+        # What is still on its way may yet be the least of all.
+        late = np.flatnonzero(~reached & (energy < best[scene]))
+        kept = np.concatenate([some[_distinct(scene[some], z[some])] for some in (kept, late)])
         if wide:
             # From the starts themselves Newton's method goes to whatever is near, unstable equilibria too.
             seeds.append((scene, padded(starting, SHARP_MODES), _first_force(problem, starting)))
-        scene, z, force = scene[kept], z[kept], force[kept]
-        energy = ((z[:, 1] - z[:, 0]) ** 2 + np.sum(z[:, 2:] ** 2, axis=1)) / 2.0
-        np.minimum.at(best, scene, energy)
-        seeds.append((scene, padded(z, SHARP_MODES), force))
+        seeds.append((scene[kept], padded(z[kept], SHARP_MODES), force[kept]))
     if not any(problem.kind) and len(scenes):
         seeds.append(_pinned_modes(scenes, problem.excess[scenes]))
     if seeds:
@@ -219,7 +237,9 @@ def _finish(problem: Problem, scene: np.ndarray, z: Array, force: Array) -> list
 def _finish_with(problem: Problem, modes: int, scene: np.ndarray, z: Array, force: Array) -> Equilibria:
     space = ritz(*problem.kind, modes)
     z, force, change = newton(space, z, force, problem.excess[scene])
-    good = np.flatnonzero(change < 1e-5)
+    # A line is no answer, though a hair of excess is less than the residual allows.
+    short = np.abs(gap(space, z, problem.excess[scene])[2][:, 0])
+    good = np.flatnonzero((change < 1e-5) & (short <= _FULL * problem.excess[scene]))
     kept = good[_distinct(scene[good], z[good], 1e-6)]
     scene, z, force = scene[kept], z[kept], force[kept]
     middle, probe, residual = polish(space, z, force, problem.targets[scene], problem.excess[scene])

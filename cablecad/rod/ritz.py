@@ -43,6 +43,9 @@ ITERATIONS = 12
 """10, 12, 16 and 30 gave the same least energies on 1500 random scenes (8: 8 of them higher): late ones are on their
 way to a known minimum. tests/experiments/planar_search.py."""
 
+_NO_ROW = 1e-100
+"""Size of a row of sines that is none."""
+
 _SIGNS = np.array([1.0, -1.0])
 
 
@@ -114,7 +117,7 @@ def hessian(space: Ritz, tension: Array) -> Array:
     return integrals(space.products, tension, space.bending)
 
 
-def descend(space: Ritz, z: Array, excess: Array, *, iterations: int = ITERATIONS) -> tuple[Array, Array, Array]:
+def descend(space: Ritz, z: Array, excess: Array, *, iterations: int = ITERATIONS) -> tuple[Array, Array, np.ndarray]:
     """Sequential quadratic programming towards local minima.
 
     Args:
@@ -125,6 +128,7 @@ def descend(space: Ritz, z: Array, excess: Array, *, iterations: int = ITERATION
 
     Returns:
         z; multipliers as the force (n_x, n_y), shape (n, 2); whether a minimum was reached or is near, shape (n,).
+        Of a row that did not come so far, where it stands.
     """
     out, force, reached = z.copy(), np.zeros((len(z), 2)), np.zeros(len(z), dtype=bool)
     index = np.arange(len(z))
@@ -159,12 +163,15 @@ def descend(space: Ritz, z: Array, excess: Array, *, iterations: int = ITERATION
         last = step_count == iterations - 1
         enough = (_NEAR if last else _COARSE) * size
         done = (bend < enough) & (np.abs(miss).max(axis=1) < enough * size)
-        if done.any():
+        if last:
+            out[index], force[index] = z, new * _SIGNS
+            reached[index] = done & (least > 0.0)
+        elif done.any():
             at = index[done]
             out[at], reached[at] = z[done], least[done] > 0.0
             force[at] = new[done] * _SIGNS
             keep = ~done
-            if last or not keep.any():
+            if not keep.any():
                 break
             index, z, lam, excess, weight, energy = (v[keep] for v in (index, z, lam, excess, weight, energy))
             trig, miss = trig[keep], miss[keep]
@@ -237,7 +244,9 @@ def _orthonormal(rows: Array) -> tuple[Array, Array]:
     triangle[:, 1] = t = np.einsum("ij,ij->i", first, u2)
     rest = first - t[:, None] * u2
     n1 = np.sqrt(np.einsum("ij,ij->i", rest, rest))
-    dead = n1 <= 1e-12 * np.maximum(n2, 1e-12)
+    # A hair of slack makes for a short row: what counts is how much of it is left.
+    own = np.sqrt(np.einsum("ij,ij->i", first, first))
+    dead = (n1 <= 1e-12 * own) | (own <= _NO_ROW)
     if dead.any():
         rest[dead], n1[dead] = 0.0, 1.0
     unit[:, 0] = rest / n1[:, None]
@@ -325,7 +334,7 @@ def respond(space: Ritz, z: Array, force: Array) -> tuple[Array, Array]:
 
 
 def newton(
-    space: Ritz, z: Array, force: Array, excess: Array, *, iterations: int = 8, contraction: float = np.inf
+    space: Ritz, z: Array, force: Array, excess: Array, *, iterations: int = 12, contraction: float = np.inf
 ) -> tuple[Array, Array, Array]:
     """Newton's method on the stationarity conditions, towards whatever equilibrium is near.
 

@@ -224,3 +224,25 @@ def test_following_tells_when_the_branch_ended():
     """A rod cannot be followed beyond its length, and a pulled-out loop of a ring is no ring any more."""
     coaxial = solve_one(0.0, 0.0, (0.8, 0.0)).take(np.array([0]))
     assert follow_planar(coaxial, 0.0, 0.0, (1.01, 0.0)) is None
+
+
+def test_least_where_descents_end_late_and_branches_meet():
+    """Clamps across the chord, one way of travel: the S is reached late, and its twins meet at chord = 0.4566."""
+    rng = np.random.default_rng(0)
+    lean = np.radians(rng.uniform(-3.0, 3.0, (2, 120)) * (np.arange(120) % 2))
+    chord = np.linspace(0.4550, 0.4820, 120)
+    place = np.stack([chord, np.zeros(120)], axis=-1)
+    answer = solve_planar(-PI / 2 + lean[0], -PI / 2 + lean[1], place)
+    wide = solve_planar(-PI / 2 + lean[0], -PI / 2 + lean[1], place, search="wide")
+    assert np.all(least(answer.equilibria, 120) <= least(wide.equilibria, 120) * (1.0 + 1e-9))
+    # By shooting with DOP853, without any of this: 24.155057 at 0.475, the loop of one turn has 30.601.
+    assert solve_one(-PI / 2, -PI / 2, (0.475, 0.0)).energy[0] == pytest.approx(24.155057, rel=1e-6)
+
+
+@pytest.mark.parametrize("excess", [1e-20, 1e-25, 1e-40, 1e-60])
+@pytest.mark.parametrize(("end_clamped", "load"), [(True, 4.0 * PI**2), (False, 4.493409457909064**2)])
+def test_a_hair_of_excess_is_no_line(excess, end_clamped, load):
+    """Euler's buckling: the energy is the load times the excess, however small that is."""
+    found = solve_planar([0.0], [0.0], [(1.0 - excess, 0.0)], excess=[excess], end_clamped=end_clamped).equilibria
+    assert np.allclose(found.energy[:2] / excess, load, rtol=1e-12)
+    assert found.kappa_max[0] > 0.0
