@@ -159,6 +159,8 @@ def _failed(error: Exception) -> int:
         error = ExchangeError(f"stdout cannot be written: {error.strerror}; send it elsewhere")
     if isinstance(error, CablecadError):
         _show(error)
+        for note in getattr(error, "__notes__", ()):
+            say_error(note)
         return error.exit_code
     say_error(f"this is a bug in cablecad: {type(error).__name__}: {error} (run with -v for the traceback)")
     _trace(error)

@@ -28,7 +28,7 @@ Examples:
 @click.option("--json", "as_json", is_flag=True, help="Print the whole report as JSON.")
 @click.option(
     "--points",
-    type=click.IntRange(min=2),
+    type=click.IntRange(min=2, max=10_000_000),
     metavar="N",
     help="With --json: N points at equal arclengths, ends included.",
 )

@@ -12,7 +12,7 @@ from typing import Literal
 
 from cablecad.errors import Mistake, SceneError
 from cablecad.model.ends import Clamp, PartPort, Pin, Port, Toward
-from cablecad.model.section import Material, Section
+from cablecad.model.section import Material, Section, stiffness_mistakes
 from cablecad.model.values import (
     ANY_NUMBER,
     COLOR,
@@ -204,6 +204,9 @@ def _need_mistakes(known: Mapping[str, object], present: Set[str]) -> Iterator[M
             yield Mistake("length", 'needs min_bend_radius, the rule "shortest" keeps', "shortest")
         if "slack" in present:
             yield Mistake("slack", 'goes against length = "shortest": give one of them', known.get("slack", ...))
+    diameter, material = known.get("diameter"), known.get("material")
+    if isinstance(material, Material) and isinstance(diameter, int | float):
+        yield from stiffness_mistakes(material, diameter)
     if "force" in known and "material" not in present and not _is_held(known):
         yield Mistake("force", "needs a material with a bending stiffness", known["force"])
 

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 from cablecad.errors import Mistake
-from cablecad.model.values import RANGES, Checked, number_mistakes
+from cablecad.model.values import LARGEST, RANGES, SMALLEST, Checked, number_mistakes
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +78,19 @@ class Material(Checked):
         return self.EI(section) / (1.0 + self.poissons_ratio)
 
 
+def stiffness_mistakes(material: Material, diameter: float) -> Iterator[Mistake]:
+    """Check that a diameter, which goes into the stiffness by its fourth power, leaves one to compute with."""
+    if any(number_mistakes("diameter", diameter, RANGES["diameter"], sized=True)):
+        return  # that was said
+    try:
+        EI = material.EI(Section(diameter))
+    except OverflowError:
+        EI = math.inf
+    if not SMALLEST < EI < LARGEST:
+        problem = f"gives with this material a bending stiffness of {EI:.3g} N mm^2, which cannot be computed with"
+        yield Mistake("diameter", problem, diameter)
+
+
 def material_mistakes(given: Mapping[str, object], unreadable: Collection[str] = ()) -> Iterator[Mistake]:
     """What is wrong with a material of which `given` are the readable values by field name.
 
@@ -86,7 +99,7 @@ def material_mistakes(given: Mapping[str, object], unreadable: Collection[str] =
     known = {key: value for key, value in given.items() if value is not None and key not in unreadable}
     present = {*known, *unreadable}
     for key, value in known.items():
-        yield from number_mistakes(key, value, RANGES[key])
+        yield from number_mistakes(key, value, RANGES[key], sized=key != "poissons_ratio")
     if len({"youngs_modulus", "bending_stiffness"} & present) != 1:
         yield Mistake("", "give either youngs_modulus or bending_stiffness, and not both")
     if "poissons_ratio" in known:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from cablecad.errors import CablecadError, RuleError
+from cablecad.errors import CablecadError, Mistake, RuleError, SceneError
 from cablecad.model import Scene
 from cablecad.report import CableOutcome, scene_report
 
@@ -75,6 +75,13 @@ class SceneRun:
         named = type(error)(f"cable {outcome.cable.name}: {error}")
         named.__cause__ = error
         self.errors.append(named)
+
+    def scene_error(self, mistakes: list[Mistake]) -> SceneError:
+        """The error for mistakes in the scene's data, what went wrong besides as notes on it."""
+        error = SceneError(mistakes, source=str(self.scene.source or ""))
+        for other in self.errors:
+            error.add_note(str(other))
+        return error
 
     def raise_first(self) -> None:
         """Raise the error with the first claim, the others as notes on it."""

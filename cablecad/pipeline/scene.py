@@ -112,7 +112,7 @@ def _solved(
         else:
             outcome.solution = result
     if mistakes:
-        return SceneError(mistakes, source=str(run.scene.source or ""))
+        return run.scene_error(mistakes)
     run.seconds["cables"] = share * len(results)
     run.seconds["total"] += run.seconds["cables"]
     return run
@@ -267,5 +267,5 @@ def _make_solids(run: SceneRun, progress: Progress | None) -> list[Built]:
         else:
             made.append(Built(outcome.cable, outcome.solution, Solid(solid), outcome))
     if mistakes:
-        raise SceneError(mistakes, source=str(run.scene.source or ""))
+        raise run.scene_error(mistakes)
     return made

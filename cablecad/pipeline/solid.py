@@ -183,6 +183,8 @@ def _refuse_spoilt_tube(solution: RodSolution) -> None:
     radius = solution.cable.section.radius
     # An index counts in the wide list, which is what the cable gets when it asks for one.
     for i, other in enumerate(solve(solution.cable, search="wide").equilibria):
+        if i == solution.index:
+            continue
         gap, bend = other.self_gap, other.bend_radius_min
         if (gap is None or gap >= 0.0) and (bend is None or bend > radius):
             way_out = f"equilibrium = {i} does not touch itself"

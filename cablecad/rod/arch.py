@@ -200,8 +200,11 @@ def solve_pinned(
         raise ValueError(f"a pinned cable needs two data that fix its size; got {', '.join(given) or 'none'}")
     second = scaled[0]
     primary = {first: data[first], second: data[second]}
+    if primary.keys() == {"slack", "chord"} and primary["slack"] > 1.0:
+        # The chord of a cable much longer than it says nothing of its size.
+        primary = {"length": primary["chord"] * (1.0 + primary["slack"]), "chord": primary["chord"]}
     candidates = [_scale(arch, primary, EI) for arch in _arches(primary, EI)]
-    rest = {key: data[key] for key in given if key not in primary}
+    rest = {key: data[key] for key in given if key not in (first, second)}
     called = dict(names or {})
     verdicts = [_disagreements(candidate, rest, primary, EI, called) for candidate in candidates]
     chosen = next((i for i, (mistakes, _) in enumerate(verdicts) if not mistakes), 0)

@@ -17,6 +17,7 @@ from cablecad.model import Cable, Clamp, Pin, Port, Toward
 from cablecad.rod.elastica import Inflexional
 from cablecad.rod.equilibria import Equilibria
 from cablecad.rod.follow import follow_planar
+from cablecad.rod.plane import unit_vector
 from cablecad.rod.solution import RodSolution
 from cablecad.rod.solve import solve_rod
 from cablecad.rod.span import span_of
@@ -26,6 +27,9 @@ from cablecad.rod.two_point import equilibrium_of, solution_of, torsion_ratio
 _JUMP = 0.25
 """A shape that turns this much further than its ends do may have jumped to another branch [rad]; neighbouring branches
 at a fold are that far apart as soon as one step leaves it behind."""
+
+_OPPOSITE = 1e-12
+"""One and the cosine between two directions that are opposite but for rounding."""
 
 _HALVINGS = 6
 """A move is cut into 64 parts at most."""
@@ -56,20 +60,21 @@ def move_solution(
         UsageError: A clamp became a pin or the reverse, or the distance of the ends was never given.
     """
     cable = _moved_cable(last, start, end, length)
+    if _clamped(cable) != _clamped(last.cable):
+        raise UsageError("a moved end must stay what it was, a clamp or a pin; solve the changed cable anew")
     trace = last.equilibrium.trace
     if trace is None:  # a closed form of its own: nothing is cheaper than solving it again
         bent = last.centreline.pieces[0]
         if not isinstance(bent, Inflexional):
             return solve_rod(cable)
-        # The side it lies on stands in for the bulge, whose default changes with the direction of the chord.
-        x, y, z = (-bent.placement.e2).tolist()
+        # The side it lies on stands in for the bulge, whose default changes with the direction of the chord; it turns
+        # with that.
+        x, y, z = _carried(-bent.placement.e2, _chord(last), _new_chord(cable)).tolist()
         anew = solve_rod(replace(cable, bulge=(x, y, z), equilibrium=last.index - last.index % 2))
         return replace(anew, cable=cable, reason=f"{last.reason}; followed")
     assert isinstance(cable.length, int | float)
-    x, y, z = trace.span.e3.tolist()
+    x, y, z = _carried(trace.span.e3, _chord(last), _new_chord(cable)).tolist()
     span = span_of(cable, float(cable.length), near=(x, y, z))
-    if (span.start_clamped, span.end_clamped) != (trace.span.start_clamped, trace.span.end_clamped):
-        raise UsageError("a moved end must stay what it was, a clamp or a pin; solve the changed cable anew")
     ratio = torsion_ratio(cable, span)
     row = _follow(trace.row, span.start_angle, span.end_angle, span.excess, ratio, _HALVINGS)
     if row is None:
@@ -155,9 +160,36 @@ def _turned(before: Equilibria, after: Equilibria) -> float:
     return max(abs(angle), abs(float(after.kappa[0] - before.kappa[0])) / (2.0 * (1.0 + omega)))
 
 
+def _clamped(cable: Cable) -> tuple[bool, bool]:
+    """Which ends are clamps."""
+    return isinstance(cable.start_support, Clamp), isinstance(cable.end_support, Clamp)
+
+
+def _new_chord(cable: Cable) -> Array:
+    return np.subtract(cable.end_support.position, cable.start_support.position)  # type: ignore[union-attr]
+
+
+def _carried(vector: Array, before: Array, after: Array) -> Array:
+    """A vector turned as the chord turned, the short way; as it is where a chord vanishes or turns half round."""
+    if not (before.any() and after.any()):
+        return vector
+    one, other = unit_vector(before), unit_vector(after)
+    cosine = float(one @ other)
+    if cosine <= _OPPOSITE - 1.0:
+        return vector
+    middle = one + other
+    turned: Array = vector - (vector @ middle) / (1.0 + cosine) * middle + 2.0 * (vector @ one) * other
+    return turned
+
+
 def _moved_cable(
     last: RodSolution, start: Clamp | Pin | Port | None, end: Clamp | Pin | Port | None, length: float | None
 ) -> Cable:
+    for place, moved in (("start", start), ("end", end)):
+        if moved is not None and not isinstance(moved, Clamp | Pin | Port):
+            raise UsageError(f"the moved {place} must be a Clamp, a Pin or a Port; got {moved!r}")
+    if length is not None and (isinstance(length, bool) or not isinstance(length, int | float)):
+        raise UsageError(f"the new length must be a number of mm; got {length!r}")
     if isinstance(last.cable.end, Toward) and end is None:
         raise UsageError("a cable given by `toward` has no end to move; give its end a position")
     # The length of the solution: a cable given by its slack, or as the shortest, does not change length by moving.

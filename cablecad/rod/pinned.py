@@ -14,7 +14,7 @@ from functools import cache, partial
 import numpy as np
 
 from cablecad.centreline import Array, Centreline, Placement
-from cablecad.errors import Mistake, SceneError
+from cablecad.errors import Mistake, SceneError, SolveError
 from cablecad.model import PINNED_DATA, Cable, Pin, Toward
 from cablecad.rod.arch import Pinned, solve_pinned
 from cablecad.rod.elastica import Inflexional
@@ -30,6 +30,10 @@ CROSSING_ANGLE_DEG = 130.70991070789999
 """End angle at which the ends of the first mode meet; beyond it the arch has crossed itself and is unstable."""
 
 
+_RESIDUAL = 1e-9
+"""An end missed by more, over the length, is no answer."""
+
+
 def solve_pinned_cable(cable: Cable, *, reason: str) -> RodSolution:
     """Solve a cable pinned at both ends from any two independent data.
 
@@ -39,6 +43,7 @@ def solve_pinned_cable(cable: Cable, *, reason: str) -> RodSolution:
 
     Raises:
         InfeasibleError: No such cable.
+        SolveError: The data are beyond what numbers tell apart.
         SceneError: Contradicting data, a bulge along the chord, or an equilibrium that was not found.
     """
     origin = np.array(cable.start_support.position)
@@ -52,6 +57,11 @@ def solve_pinned_cable(cable: Cable, *, reason: str) -> RodSolution:
     target = end if end is not None else origin + solved.chord * axis
     reached = chosen.centreline.frames([0.0, solved.length]).position
     unmet = np.linalg.norm(reached - np.array([origin, target]), axis=1).max() / solved.length
+    if not unmet <= _RESIDUAL:
+        raise SolveError(
+            f"the arch that has these data misses an end by {unmet:.2g} of its length: they are beyond what numbers "
+            "tell apart; give other data, such as the length and the positions of both ends"
+        )
     arch = solved.arch
     return RodSolution(
         cable=cable,
@@ -61,12 +71,18 @@ def solve_pinned_cable(cable: Cable, *, reason: str) -> RodSolution:
         index=index,
         length=solved.length,
         chord=solved.chord,
-        slack=solved.datum("slack") if solved.chord > 0.0 else None,
+        slack=_slack(cable, solved),
         measure_rise=lambda: arch.size("rise") / solved.omega / (MODES[index // 2]),
         measure_end_angle=lambda: math.degrees(arch.angle),
         measure_residual=lambda: float(unmet),
         notes=tuple(_notes(solved)),
     )
+
+
+def _slack(cable: Cable, solved: Pinned) -> float | None:
+    if cable.slack is not None:
+        return cable.slack
+    return solved.datum("slack") if solved.chord > 0.0 else None
 
 
 def _data(cable: Cable, origin: Array) -> tuple[Array | None, Array, dict[str, float], dict[str, str]]:

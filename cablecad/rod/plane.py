@@ -27,12 +27,13 @@ def unit_vector(vector: ArrayLike) -> Array:
     return result
 
 
-def bulge_direction(axis: Vector, bulge: Vector | None) -> Vector:
+def bulge_direction(axis: Vector, bulge: Vector | None, line: str = "chord") -> Vector:
     """The side to bend to: `bulge` made perpendicular to a unit `axis` (the chord, or the tangent of a ring).
 
     Args:
         axis: Unit vector.
         bulge: As the cable gives it; None stands for +Z, or +X where +Z is along the axis.
+        line: What the axis is, for the message.
 
     Returns:
         Unit vector perpendicular to `axis`.
@@ -46,6 +47,7 @@ def bulge_direction(axis: Vector, bulge: Vector | None) -> Vector:
         wanted = (1.0, 0.0, 0.0)
     elif bulge is not None and off < PARALLEL:
         shown = tuple(round(part, 6) for part in axis)
-        raise SceneError([Mistake("bulge", f"is parallel to the chord {shown}; give a direction across it", bulge)])
+        problem = f"is parallel to the {line} {shown}; give a direction across it"
+        raise SceneError([Mistake("bulge", problem, bulge)])
     side = unit(across(wanted, axis))
     return unit(across(side, axis))  # twice: a bulge near the axis loses digits the first time

@@ -72,6 +72,13 @@ def _straight(cable: Cable, axis: Array, distance: float) -> Selection:
                     f"straight, but the axis of its {place} is {math.degrees(off):.6g} degrees off the line between "
                     "them; give it some slack or align the axis"
                 )
+    straights = [support.straight for support in (cable.start_support, cable.end_support) if isinstance(support, Clamp)]
+    if sum(straights) > distance * (1.0 + ALIGNED):
+        listed = " and ".join(f"{straight:g} mm" for straight in straights if straight)
+        raise InfeasibleError(
+            f"the straight lengths held by the connectors, {listed}, are more than the cable's {distance:.12g} mm; "
+            "make the cable longer or the straights shorter"
+        )
     extra = [key for key in PINNED_DATA if key != "chord" and getattr(cable, key) is not None]
     if extra:
         raise InfeasibleError(

@@ -19,6 +19,7 @@ from cablecad.errors import InfeasibleError
 from cablecad.model import Cable, EquilibriumKey
 from cablecad.rod.arch import solve_pinned
 from cablecad.rod.planar import solve_planar
+from cablecad.rod.plane import unit_vector
 from cablecad.rod.select import select_model
 from cablecad.rod.span import Span, span_of
 
@@ -98,7 +99,9 @@ def shortest_length(cable: Cable) -> tuple[float, str]:
 
 
 def _may_be_straight(cable: Cable, length: float) -> bool:
-    """Whether the ends allow a cable without excess: pins, or clamps along the line between them."""
+    """Whether the ends allow a cable without excess, and it is asked for: pins apart, or clamps along their line."""
+    if length == 0.0 or cable.equilibrium != 0:
+        return False
     try:
         return select_model(replace(cable, length=length)).model == "straight"
     except InfeasibleError:
@@ -124,8 +127,8 @@ def _least_length(cable: Cable) -> float:
         position = np.array(support.position)  # type: ignore[union-attr]
         straight = getattr(support, "straight", 0.0)
         if straight:
-            direction = np.array(support.direction)  # type: ignore[union-attr]
-            position = position + way * straight * direction / np.linalg.norm(direction)
+            direction = support.direction  # type: ignore[union-attr]
+            position = position + way * straight * unit_vector(direction)
         ends.append((position, straight))
     return float(np.linalg.norm(ends[1][0] - ends[0][0])) + ends[0][1] + ends[1][1]
 

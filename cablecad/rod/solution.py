@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -229,7 +230,7 @@ class RodSolution:
         if self.EI is None or self.cable.material is None or self.cable.material.mass_per_length is None:
             return None
         weight = self.cable.material.mass_per_length * STANDARD_GRAVITY / 1000.0  # kg/m times m/s^2 is N/m
-        return weight * self.length**3 / self.EI
+        return min(weight * self.length**3 / self.EI, sys.float_info.max)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -292,5 +293,6 @@ def choose(cable: Cable, found: Sequence[Equilibrium]) -> int:
         problem = f"no such equilibrium was found; the (winding, side) found are {listed}"
         raise SceneError([Mistake("equilibrium", problem, {"winding": wanted.winding, "side": wanted.side})])
     if wanted >= len(found):
-        raise SceneError([Mistake("equilibrium", f"only {len(found)} equilibria were found, counted from 0", wanted)])
+        listed = "only one equilibrium was" if len(found) == 1 else f"only {len(found)} equilibria were"
+        raise SceneError([Mistake("equilibrium", f"{listed} found, counted from 0", wanted)])
     return wanted

@@ -22,6 +22,11 @@ IN_PLANE = 1e-6
 """Clamps within this angle of the plane [rad] are turned into it: the accuracy of a modelled connector. Where chord and
 clamps are within it of one line, that line leaves the plane open and the bulge decides."""
 
+_SMALL_TILT, _NO_TILT = 1e-3, 1e-12
+"""The same for a hair of excess: in units of the root of excess over length, and what is rounding at any [rad]."""
+
+_TANGENT = "tangent of the ends, which coincide,"
+
 EPS = float(np.finfo(float).eps)
 
 COINCIDENT = 1e-12
@@ -107,7 +112,9 @@ def span_of(cable: Cable, length: float, *, near: Vector | None = None) -> Span:
     distance = norm(apart)
     # Nearer than this the direction of the chord is rounding, and must not decide the plane.
     nowhere = COINCIDENT * length + 8.0 * EPS * max(abs(x) for place in places for x in place)
-    normal, off = _plane_normal(cable, apart if distance > nowhere else None, given, near)
+    normal, off = _plane_normal(
+        cable, apart if distance > nowhere else None, given, near, _open_below(cable, free, apart, given, straights)
+    )
     directions = [None if d is None else unit(across(d, normal)) for d in given]
     start, end = (
         place if direction is None else plus(place, direction, way * straight)
@@ -125,7 +132,8 @@ def span_of(cable: Cable, length: float, *, near: Vector | None = None) -> Span:
         )
     e1 = unit(chord) if gap > nowhere else next(d for d in directions if d is not None)
     e2 = unit(cross(normal, e1))
-    lean = dot(normal, near) if near is not None else dot(e2, bulge_direction(e1, cable.bulge))
+    line = "chord" if gap > nowhere else _TANGENT
+    lean = dot(normal, near) if near is not None else dot(e2, bulge_direction(e1, cable.bulge, line))
     # Across the bulge neither side is towards it; the largest coordinate decides, so that the choice is stable.
     if (lean if abs(lean) > IN_PLANE else max(e2, key=abs)) <= 0.0:
         e2 = scaled(e2, -1.0)
@@ -147,8 +155,21 @@ def span_of(cable: Cable, length: float, *, near: Vector | None = None) -> Span:
     )
 
 
+def _open_below(cable: Cable, free: float, apart: Vector, given: list[Vector | None], straights: list[float]) -> float:
+    """The angle of clamps from the chord [rad] below which they leave the plane open.
+
+    A cable with a hair of excess is nearly straight itself, at angles that go with the root of the excess: what is
+    far below these decides nothing, and what is not decides the shape.
+    """
+    for direction, straight in zip(given, straights, strict=True):
+        if direction is not None:
+            apart = plus(apart, direction, -straight)
+    excess = max(0.0, free - norm(apart)) if cable.slack is None else cable.slack * free
+    return min(IN_PLANE, max(_NO_TILT, _SMALL_TILT * math.sqrt(excess / free)))
+
+
 def _plane_normal(
-    cable: Cable, chord: Vector | None, given: list[Vector | None], near: Vector | None
+    cable: Cable, chord: Vector | None, given: list[Vector | None], near: Vector | None, open_below: float
 ) -> tuple[Vector, float]:
     """Normal of the plane through the ends' chord (None where they coincide) and the clamp that leans from it most.
 
@@ -158,9 +179,12 @@ def _plane_normal(
     directions = [d for d in given if d is not None]
     axis = unit(chord) if chord is not None else directions[0]
     leaning = [across(d, axis) for d in directions]
-    if max((norm(vector) for vector in leaning), default=0.0) <= IN_PLANE:
+    if max((norm(vector) for vector in leaning), default=0.0) <= open_below:
         # All on one line: the plane is open.
-        side = bulge_direction(axis, cable.bulge) if near is None else cross(near, axis)
+        line = "chord" if chord is not None else _TANGENT
+        side = bulge_direction(axis, cable.bulge, line) if near is None else cross(near, axis)
+        if norm(side) <= IN_PLANE:  # it moved onto the normal of the plane it was in
+            side = bulge_direction(axis, None)
     else:
         side = max(leaning, key=norm)
     normal = unit(cross(axis, side))

@@ -8,8 +8,8 @@ import numpy as np
 
 from cablecad.centreline import Array, Centreline, Line, Placement
 from cablecad.model import Cable, Clamp
-from cablecad.rod.plane import bulge_direction
-from cablecad.rod.solution import EndState, Equilibrium, RodSolution, Shape
+from cablecad.rod.plane import bulge_direction, unit_vector
+from cablecad.rod.solution import EndState, Equilibrium, RodSolution, Shape, choose
 from cablecad.rod.stability import Stability, stability
 
 
@@ -45,14 +45,14 @@ def solve_straight(cable: Cable, start: Array, end: Array, *, length: float, rea
     unmet = float(np.linalg.norm(line.end.position - end)) / chord
     for support in supports:
         if isinstance(support, Clamp):
-            direction = np.array(support.direction) / np.linalg.norm(support.direction)
+            direction = unit_vector(support.direction)
             unmet = max(unmet, math.atan2(float(np.linalg.norm(np.cross(direction, axis))), float(direction @ axis)))
     return RodSolution(
         cable=cable,
         model="straight",
         reason=reason,
         equilibria=(line,),
-        index=0,
+        index=choose(cable, (line,)),
         length=length,
         chord=chord,
         slack=(length - chord) / chord,

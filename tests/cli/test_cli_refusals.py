@@ -396,3 +396,35 @@ def test_several_failures_at_once_are_all_told_and_the_first_claim_is_the_code(c
         for words in said:
             assert words in ended.err
     assert names(here) == ["scene.toml"]
+
+
+def test_a_late_mistake_does_not_hide_what_else_is_wrong(cli, here):
+    """Found only when its cable is solved, or built."""
+    for late in (cable("B", equilibrium=77), cable("B", diameter="1e-7")):
+        path = write(here / "scene.toml", scene(cable("A", length="200"), late))
+        ended = cli("build", path, "-o", "out.step")
+        assert ended.code == 2
+        assert "cables.B" in ended.err
+        assert "cable A: length 200 mm is 100 mm less than the distance" in ended.err
+
+
+@pytest.mark.parametrize(
+    ("keys", "place"),
+    [
+        ({"diameter": "1e-99", "material": '"pvc"'}, "diameter"),
+        ({"diameter": "1e99", "material": '"pvc"'}, "diameter"),
+    ],
+)
+def test_stiffness_beyond_numbers(cli, here, keys, place):
+    ended = cli("solve", write(here / "scene.toml", scene(PVC, cable(**keys))), "--json")
+    assert ended.code == 2
+    assert f"cables.W1.{place}" in ended.err
+    assert "bending stiffness" in ended.err
+
+
+@pytest.mark.parametrize("value", ["youngs_modulus = 1e308", "youngs_modulus = 10.0\nmass_per_length = 1e308"])
+def test_material_beyond_numbers(cli, here, value):
+    text = scene(f"[materials.pvc]\n{value}\n", cable(material='"pvc"'))
+    ended = cli("solve", write(here / "scene.toml", text), "--json")
+    assert ended.code == 2
+    assert "which can be computed with" in ended.err

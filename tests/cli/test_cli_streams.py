@@ -154,7 +154,7 @@ def test_no_kernel(here):
         (["build", "scene.toml", "extra.toml"], "unexpected extra argument"),
         (["build", "scene.toml", "-o"], "requires an argument"),
         (["build", "scene.toml", "--tolerance", "fine"], "'fine' is not a valid float"),
-        (["solve", "scene.toml", "--points", "1"], "1 is not in the range x>=2"),
+        (["solve", "scene.toml", "--points", "1"], "1 is not in the range 2<=x<=10000000"),
         (["solve", "scene.toml", "--points", "2.5"], "'2.5' is not a valid integer"),
         (["solve", "--strict", "scene.toml"], "--strict"),
         (["check"], "Missing argument 'SCENE'"),

@@ -178,3 +178,16 @@ def test_end_angles_of_the_whole_range(angle: float) -> None:
     oracle = PinnedOracle(350.0, angle_deg=angle).data
     assert solution.rise == pytest.approx(float(oracle["rise"]), rel=1e-14)
     assert solution.position(175.0)[0, 2] == pytest.approx(float(oracle["rise"]), rel=1e-9, abs=1e-13)
+
+
+@pytest.mark.parametrize("chord", [1e-2, 1e-6, 1e-10, 1e-12, 1e-14])
+def test_slack_of_a_cable_much_longer_than_its_chord(chord: float) -> None:
+    ends = {"start": Pin((0, 0, 0)), "end": Pin((chord, 0, 0))}
+    by_slack = solve_rod(Cable("c", 1.0, slack=100.0 / chord, **ends))
+    by_length = solve_rod(Cable("c", 1.0, length=chord + 100.0, **ends))
+    assert by_slack.residual < 1e-12
+    assert by_slack.slack == 100.0 / chord
+    assert by_slack.length == pytest.approx(by_length.length, rel=1e-14)
+    assert by_slack.bend_radius_min == pytest.approx(by_length.bend_radius_min, rel=1e-9)
+    middle = np.linspace(0.0, 100.0, 9)
+    assert np.abs(by_slack.position(middle) - by_length.position(middle)).max() < 1e-9

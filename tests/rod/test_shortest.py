@@ -59,3 +59,46 @@ def test_a_wide_rule_takes_a_long_cable() -> None:
         solve_rod(Cable("c", 1e-3, *ends, length="shortest", min_bend_radius=rule)).length for rule in (1e3, 1e6)
     )
     assert long == pytest.approx(1000 * short, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("ends", "length"),
+    [
+        ((Clamp((5, 5, 5), (1, 0, 0)), Clamp((5, 5, 5), (-1, 0, 0))), None),
+        ((Clamp((5, 5, 5), (1, 0, 0)), Clamp((5, 5, 5), (0, 1, 0))), None),
+        ((Clamp((5, 5, 5), (1, 0, 0)), Pin((5, 5, 5))), None),
+        ((Pin((5, 5, 5)), Pin((5, 5, 5))), 84.38488),
+        ((Clamp((5, 5, 5), (1, 0, 0)), Clamp((5, 5, 5), (1, 0, 0))), 20.0 * np.pi),
+    ],
+)
+def test_ends_at_one_point(ends: tuple[Clamp | Pin, Clamp | Pin], length: float | None) -> None:
+    cable = Cable("c", 1.0, *ends, length="shortest", min_bend_radius=10.0, allow_contact=True)
+    solution = solve_rod(cable)
+    if length is not None:
+        assert solution.length == pytest.approx(length, rel=1e-6)
+    radius = solution.bend_radius_min
+    assert radius is not None
+    assert 10.0 <= radius < 10.0 * (1.0 + 1e-6)
+    assert solve_rod(replace(cable, length=solution.length * 0.999)).bend_radius_min < 10.0
+
+
+def test_another_equilibrium_is_not_the_line() -> None:
+    pins = Pin((0, 0, 0)), Pin((0, 120, 0))
+    solution = solve_rod(Cable("c", 1.0, *pins, length="shortest", min_bend_radius=20.0, equilibrium=1))
+    assert solution.model == "planar"
+    assert solution.index == 1
+
+
+def test_axes_of_any_length() -> None:
+    tiny, plain = (
+        Cable(
+            "c",
+            1.0,
+            Clamp((0, 0, 0), (0, 0, size), straight=10.0),
+            Clamp((50, 20, 0), (0, 0, -size)),
+            length="shortest",
+            min_bend_radius=20.0,
+        )
+        for size in (1e-170, 1.0)
+    )
+    assert solve_rod(tiny).length == solve_rod(plain).length

@@ -215,3 +215,52 @@ def test_many_solves_all_kinds_together_and_carries_errors() -> None:
             assert result.equilibrium.energy_per_EI == pytest.approx(
                 solve_rod(cable).equilibrium.energy_per_EI, rel=1e-9, abs=1e-16
             )
+
+
+def aligned(**more) -> Cable:
+    given = {"start": Clamp((0, 0, 0), (1, 0, 0)), "end": Clamp((100, 0, 0), (1, 0, 0)), "length": 100.0} | more
+    return Cable("c", 1.0, **given)
+
+
+@pytest.mark.parametrize(("straights", "good"), [((60.0, 60.0), False), ((150.0, 0.0), False), ((60.0, 40.0), True)])
+def test_straight_lengths_beyond_a_straight_cable(straights, good) -> None:
+    cable = aligned(
+        start=Clamp((0, 0, 0), (1, 0, 0), straight=straights[0]),
+        end=Clamp((100, 0, 0), (1, 0, 0), straight=straights[1]),
+    )
+    if good:
+        assert solve_rod(cable).model == "straight"
+    else:
+        with pytest.raises(InfeasibleError, match="held by the connectors"):
+            solve_rod(cable)
+
+
+@pytest.mark.parametrize("wanted", [1, 5, EquilibriumKey(1, -1), EquilibriumKey(0, 1)])
+def test_a_straight_cable_has_one_equilibrium(wanted) -> None:
+    with pytest.raises(SceneError, match="equilibrium"):
+        solve_rod(aligned(equilibrium=wanted))
+    assert solve_rod(aligned(equilibrium=0)).index == 0
+
+
+def test_axes_of_any_length_along_a_line() -> None:
+    solution = solve_rod(aligned(start=Clamp((0, 0, 0), (1e-170, 0, 0)), end=Clamp((100, 0, 0), (1e-170, 1e-180, 0))))
+    assert solution.residual == pytest.approx(1e-10, rel=1e-3)
+
+
+@pytest.mark.parametrize("slack", [1e-8, 1e-10, 1e-13, 1e-16])
+@pytest.mark.parametrize("tilt", [1e-8, 3e-7, 9e-7])
+def test_what_a_hair_of_slack_leaves_of_the_plane(slack, tilt) -> None:
+    """Clamps tilted within a plane by next to nothing: where that shows in the shape, they decide, not the bulge."""
+    start, end = Clamp((0, 0, 0), (1, tilt, 0)), Clamp((100, 0, 0), (1, -tilt, 0))
+    free, given = (
+        solve_rod(Cable("c", 1.0, start, end, slack=slack, bulge=bulge)).equilibrium.energy_per_EI
+        for bulge in (None, (0, 1, 0))
+    )
+    assert free == pytest.approx(given, rel=4e-3)
+
+
+def test_bulge_along_the_tangent_of_coincident_ends() -> None:
+    place = (5.0, 5.0, 5.0)
+    cable = Cable("c", 1.0, Clamp(place, (0, 1, 0)), Clamp(place, (0, 1, 0)), length=100.0, bulge=(0, 1, 0))
+    with pytest.raises(SceneError, match="parallel to the tangent of the ends, which coincide"):
+        solve_rod(cable)

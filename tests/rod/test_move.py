@@ -1,0 +1,82 @@
+"""Moves that turn a cable far: its side goes with it; and moves that are none."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from cablecad.errors import UsageError
+from cablecad.model import Cable, Clamp, Pin, Toward
+from cablecad.rod.solution import RodSolution
+from cablecad.rod.solve import solve_rod
+
+AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0), "askew": (0.6, 0.0, 0.8)}
+
+
+def turned(axis: tuple[float, float, float], angle: float, vector: object) -> np.ndarray:
+    """A vector turned about an axis, by Rodrigues."""
+    k, v = np.array(axis), np.array(vector, dtype=float)
+    return v * math.cos(angle) + np.cross(k, v) * math.sin(angle) + k * (k @ v) * (1.0 - math.cos(angle))
+
+
+def cables() -> dict[str, Cable]:
+    return {
+        "collinear clamps": Cable("c", 1.0, Clamp((0, 0, 0), (1, 0, 0)), Clamp((90, 0, 0), (1, 0, 0)), length=100.0),
+        "arch": Cable("c", 1.0, Clamp((0, 0, 0), (0, 0, 1)), Clamp((60, 0, 0), (0, 0, -1)), length=150.0),
+        "pinned": Cable("c", 1.0, Pin((0, 0, 0)), Pin((50, 0, 0)), length=70.0),
+        "clamp and pin": Cable("c", 1.0, Clamp((0, 0, 0), (1, 0, 0)), Pin((80, 0, 0)), length=100.0),
+    }
+
+
+def moved(solution: RodSolution, axis: tuple[float, float, float], angle: float) -> RodSolution:
+    """The whole cable turned about its start."""
+    ends = {}
+    for name in ("start", "end"):
+        end = getattr(solution.cable, name)
+        place = tuple(turned(axis, angle, end.position).tolist())
+        ends[name] = Pin(place) if isinstance(end, Pin) else Clamp(place, tuple(turned(axis, angle, end.direction)))
+    return solution.moved(**ends)
+
+
+@pytest.mark.parametrize("axis", AXES)
+@pytest.mark.parametrize("name", cables())
+@pytest.mark.parametrize("steps", [1, 3])
+@pytest.mark.parametrize("angle", [math.pi / 2.0, 2.0])
+def test_a_cable_turned_as_a_whole_keeps_its_shape(name: str, axis: str, steps: int, angle: float) -> None:
+    first = solve_rod(cables()[name])
+    last = first
+    for _ in range(steps):
+        last = moved(last, AXES[axis], angle / steps)
+    assert last.equilibrium.energy_per_EI == pytest.approx(first.equilibrium.energy_per_EI, rel=1e-9)
+    assert last.residual < 1e-12
+    s = np.linspace(0.0, first.length, 9)
+    chord = np.array(first.cable.end.position)  # type: ignore[union-attr]
+    along = first.position(s) @ chord
+    assert np.abs(last.position(s) @ turned(AXES[axis], angle, chord) - along).max() < 1e-7 * 100.0**2
+
+
+def test_a_side_turns_with_its_chord() -> None:
+    """Not about the chord: the axis of the turn is across it."""
+    first = solve_rod(cables()["pinned"])
+    last = moved(first, AXES["Y"], -math.pi / 2.0)  # from +X to +Z, onto the side it lay on
+    middle = first.length / 2.0
+    want = turned(AXES["Y"], -math.pi / 2.0, first.position(middle)[0])
+    assert np.abs(last.position(middle)[0] - want).max() < 1e-10
+
+
+@pytest.mark.parametrize(
+    ("name", "how"),
+    [
+        ("collinear clamps", {"length": "shortest"}),
+        ("collinear clamps", {"length": True}),
+        ("collinear clamps", {"end": Toward((1, 0, 0))}),
+        ("collinear clamps", {"end": Pin((90, 0, 0))}),
+        ("pinned", {"end": Clamp((50, 0, 0), (1, 0, 0))}),
+        ("pinned", {"start": (0, 0, 0)}),
+    ],
+)
+def test_moves_that_are_none(name: str, how: dict[str, object]) -> None:
+    with pytest.raises(UsageError):
+        solve_rod(cables()[name]).moved(**how)  # type: ignore[arg-type]
