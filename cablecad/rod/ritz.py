@@ -343,7 +343,8 @@ def newton(
         z: Near solutions, shape (n, m + 2).
         force: Their forces, shape (n, 2).
         excess: 1 - chord, shape (n,).
-        iterations: At most so many.
+        iterations: At most so many. Where two branches are about to meet each step only halves the last: of 1000 random
+            scenes 8 found 2307 stable equilibria, 12 found 2312, 16 found 2315 in a tenth more time.
         contraction: A step longer than this of the one before ends a row without convergence: it was not near.
 
     Returns:
