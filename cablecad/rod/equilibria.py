@@ -20,8 +20,9 @@ _MODES = ((7.0, 24), (11.0, 32))
 """Legendre modes that do up to an omega: they give the angles of 999 in 1000 shapes to 5e-6, from where few steps of
 Newton's method on the middle go to rounding (tests/experiments/planar_counts.py)."""
 
-_FORCELESS = 1e-7
-"""Below this omega, force over EI times length squared of 1e-14, a shape is a circle or a line to rounding."""
+_FORCELESS = 1e-6
+"""Below this omega, force over EI times length squared of 1e-12, a shape is a circle or a line: rounding of the ends
+makes less than a tenth of it."""
 
 _TURN = 2.0 * np.pi
 

@@ -13,20 +13,27 @@ import numpy as np
 
 from cablecad.centreline import Array
 from cablecad.errors import SolveError, UsageError
-from cablecad.model import Cable, Clamp, Pin, Port, Toward
+from cablecad.model import Cable, Clamp, Pin, Port, Toward, Vector
 from cablecad.rod.elastica import Inflexional
 from cablecad.rod.equilibria import Equilibria
 from cablecad.rod.follow import follow_planar
 from cablecad.rod.plane import unit_vector
 from cablecad.rod.solution import RodSolution
 from cablecad.rod.solve import solve_rod
-from cablecad.rod.span import span_of
+from cablecad.rod.span import Span, span_of
 from cablecad.rod.trace import Trace
 from cablecad.rod.two_point import equilibrium_of, solution_of, torsion_ratio
 
 _JUMP = 0.25
 """A shape that turns this much further than its ends do may have jumped to another branch [rad]; neighbouring branches
 at a fold are that far apart as soon as one step leaves it behind."""
+
+_LEAST_ASKED, _TURNED, _SAME = 0.01, 0.35, 1e-6
+"""Angles [rad]: of clamps, above which the other side of a plane is looked at; by which a plane turned about the chord;
+and within which clamps stand as they stood."""
+
+_ALONG = math.cos(math.radians(5.0))
+"""A bulge within five degrees of the chord does not say enough of a side."""
 
 _OPPOSITE = 1e-12
 """One and the cosine between two directions that are opposite but for rounding."""
@@ -67,14 +74,11 @@ def move_solution(
         bent = last.centreline.pieces[0]
         if not isinstance(bent, Inflexional):
             return solve_rod(cable)
-        # The side it lies on stands in for the bulge, whose default changes with the direction of the chord; it turns
-        # with that.
-        x, y, z = _carried(-bent.placement.e2, _chord(last), _new_chord(cable)).tolist()
-        anew = solve_rod(replace(cable, bulge=(x, y, z), equilibrium=last.index - last.index % 2))
+        bulge, way = _side(last, cable, -bent.placement.e2)
+        anew = solve_rod(replace(cable, bulge=bulge, equilibrium=last.index - last.index % 2 + way))
         return replace(anew, cable=cable, reason=f"{last.reason}; followed")
     assert isinstance(cable.length, int | float)
-    x, y, z = _carried(trace.span.e3, _chord(last), _new_chord(cable)).tolist()
-    span = span_of(cable, float(cable.length), near=(x, y, z))
+    span = _moved_span(last, cable, trace)
     ratio = torsion_ratio(cable, span)
     row = _follow(trace.row, span.start_angle, span.end_angle, span.excess, ratio, _HALVINGS)
     if row is None:
@@ -160,17 +164,70 @@ def _turned(before: Equilibria, after: Equilibria) -> float:
     return max(abs(angle), abs(float(after.kappa[0] - before.kappa[0])) / (2.0 * (1.0 + omega)))
 
 
+def _moved_span(last: RodSolution, cable: Cable, trace: Trace) -> Span:
+    """The free part of a moved cable, on the side of its plane that follows from where it was.
+
+    The plane's normal goes with the axis of the ends. A plane that turned about that axis too may have turned by more
+    than a right angle, which the normal does not tell, but the clamps do that lean from the axis.
+    """
+    assert isinstance(cable.length, int | float)
+    x, y, z = _carried(trace.span.e3, *_axes(last, cable)).tolist()
+    span = span_of(cable, float(cable.length), near=(x, y, z))
+    turned = abs(math.acos(min(1.0, abs(float(span.e3 @ (x, y, z))))))
+    asked = _asked(trace, span)
+    if asked > _LEAST_ASKED:
+        other = replace(span, e2=-span.e2, start_angle=-span.start_angle, end_angle=-span.end_angle)
+        less = _asked(trace, other)
+        if less < asked and (turned > _TURNED or (asked > 1.0 and less < _SAME)):
+            return other
+    return span
+
+
+def _asked(trace: Trace, span: Span) -> float:
+    """By how much the clamps' angles from the chord change [rad]."""
+    row, changed = trace.row, 0.0
+    angles = zip((span.start_angle, span.end_angle), (row.theta0[0], row.theta1[0]), row.held[0], strict=True)
+    for angle, before, held in angles:
+        if held:
+            changed += abs(math.remainder(angle - float(before), 2.0 * math.pi))
+    return changed
+
+
+def _side(last: RodSolution, cable: Cable, side: Array) -> tuple[Vector, int]:
+    """The bulge of a moved pinned cable that lay on `side`, and whether it lies towards it (0) or away from it (1).
+
+    The bulge that was given, wherever it says enough; else the side itself, which turns with the chord: the default
+    bulge changes with the direction of the chord.
+    """
+    before, after = _axes(last, cable)
+    if cable.bulge is not None and after.any():
+        bulge = unit_vector(cable.bulge)
+        if all(abs(float(unit_vector(axis) @ bulge)) < _ALONG for axis in (before, after) if axis.any()):
+            return cable.bulge, int(float(side @ bulge) < 0.0)
+    x, y, z = _carried(side, before, after).tolist()
+    return (x, y, z), 0
+
+
 def _clamped(cable: Cable) -> tuple[bool, bool]:
     """Which ends are clamps."""
     return isinstance(cable.start_support, Clamp), isinstance(cable.end_support, Clamp)
 
 
-def _new_chord(cable: Cable) -> Array:
-    return np.subtract(cable.end_support.position, cable.start_support.position)  # type: ignore[union-attr]
+def _axes(last: RodSolution, cable: Cable) -> tuple[Array, Array]:
+    """What a plane turns with, before and after a move: the chord, or where the ends coincide the axis of a clamp."""
+    before, after = _chord(last), np.subtract(cable.end_support.position, cable.start_support.position)  # type: ignore[union-attr]
+    if before.any() and after.any():
+        return before, after
+    for old, new in zip(
+        (last.cable.start_support, last.cable.end_support), (cable.start_support, cable.end_support), strict=True
+    ):
+        if isinstance(old, Clamp) and isinstance(new, Clamp):
+            return np.array(old.direction), np.array(new.direction)
+    return before, after
 
 
 def _carried(vector: Array, before: Array, after: Array) -> Array:
-    """A vector turned as the chord turned, the short way; as it is where a chord vanishes or turns half round."""
+    """A vector turned as an axis turned, the short way; as it is where an axis vanishes or turns half round."""
     if not (before.any() and after.any()):
         return vector
     one, other = unit_vector(before), unit_vector(after)

@@ -42,9 +42,6 @@ CHUNK = 512
 _ALIKE = 1e-9
 """Energies that differ by less are one: rounding."""
 
-_FEW = 24
-"""Up to so many near solutions are finished in one go, by the modes of the hardest."""
-
 _FULL = 0.1
 """Share of the excess that a discretised solution may miss."""
 
@@ -224,9 +221,10 @@ def _first_force(problem: Problem, z: Array) -> Array:
 
 def _finish(problem: Problem, scene: np.ndarray, z: Array, force: Array) -> list[Equilibria]:
     """From near solutions to equilibria."""
-    omega = np.sqrt(np.hypot(force[:, 0], force[:, 1]))
-    # Few go through at once: calls of numpy cost more than modes.
-    modes = modes_for(omega if len(omega) > _FEW else np.full(len(omega), omega.max(initial=0.0)))
+    # By scene, so that what is found of one does not depend on the others.
+    hardest = np.zeros(len(problem.excess))
+    np.maximum.at(hardest, scene, np.sqrt(np.hypot(force[:, 0], force[:, 1])))
+    modes = modes_for(hardest[scene])
     done: list[Equilibria] = []
     for count in np.unique(modes).tolist():
         rows = np.flatnonzero(modes == count)

@@ -48,6 +48,11 @@ def select_model(cable: Cable) -> Selection:
                 f"ends, {distance:.12g} mm; make the cable longer or bring the ends together"
             )
         if cable.length <= distance + rounding:
+            if distance == 0.0:
+                raise InfeasibleError(
+                    f"length {cable.length:.3g} mm is less than numbers tell apart at the place of its ends, "
+                    f"{rounding:.3g} mm; make the cable longer or bring the scene nearer to the origin"
+                )
             return _straight(cable, unit_vector(chord), distance)
     if cable.is_pinned:
         return Selection("planar", "pinned at both ends: the plane of the chord and the bulge, closed form")

@@ -39,7 +39,9 @@ def solve_rod(cable: Cable, *, search: Search = "answer") -> RodSolution:
 
 
 def solve_many(cables: Sequence[Cable], *, search: Search = "answer") -> list[RodSolution | CablecadError]:
-    """Solve cables together: the same results as one by one, in a fraction of the time.
+    """Solve cables together: the same answers as one by one, in a fraction of the time.
+
+    Of the equilibria behind an answer a search may meet one more or less when it goes through with others.
 
     Args:
         cables: Of any kinds.

@@ -80,3 +80,47 @@ def test_a_side_turns_with_its_chord() -> None:
 def test_moves_that_are_none(name: str, how: dict[str, object]) -> None:
     with pytest.raises(UsageError):
         solve_rod(cables()[name]).moved(**how)  # type: ignore[arg-type]
+
+
+def leaning() -> dict[str, Cable]:
+    """Cables whose clamps lean from the axis of their ends."""
+    apart = Clamp((0, 0, 0), (1, 0, 2)), Clamp((120, 0, 0), (0, 0, -1))
+    met = Clamp((0, 0, 0), (1, 0, 0)), Clamp((0, 0, 0), (math.cos(2.0), math.sin(2.0), 0))
+    return {
+        "apart": Cable("c", 1.0, *apart, length=350.0),
+        "apart, another": Cable("c", 1.0, *apart, length=350.0, equilibrium=1),
+        "coincident": Cable("c", 0.1, *met, length=100.0),
+    }
+
+
+@pytest.mark.parametrize("degrees", [30, 89, 90, 91, 120, 180, -90, -150])
+@pytest.mark.parametrize("name", leaning())
+def test_turned_about_the_axis_of_the_ends_at_once(name: str, degrees: float) -> None:
+    first = solve_rod(leaning()[name])
+    last = moved(first, AXES["X"], math.radians(degrees))
+    s = np.linspace(0.0, first.length, 9)
+    want = np.array([turned(AXES["X"], math.radians(degrees), point) for point in first.position(s)])
+    assert np.abs(last.position(s) - want).max() < 1e-9 * first.length
+
+
+def test_a_clamp_that_passes_the_chord_keeps_the_side() -> None:
+    """From a lean one way to a lean the other: the plane did not turn, and the arch stays where it is."""
+    start = Clamp((0, 0, 0), (1, 0, 0))
+    last = solve_rod(Cable("c", 1.0, start, Clamp((90, 0, 0), (1, 0, 0.05)), length=100.0, bulge=(0, 0, 1)))
+    side = last.position(50.0)[0, 2]
+    for lean in (0.02, -0.02, -0.06):
+        last = last.moved(end=Clamp((90, 0, 0), (1, 0, lean)))
+        assert last.position(50.0)[0, 2] * side > 0.0
+
+
+def test_a_pinned_cable_on_a_closed_loop_comes_back() -> None:
+    """Where a bulge is given it decides; along it, where it says nothing, the side goes with the chord."""
+    first = solve_rod(Cable("c", 1.0, Pin((0, 0, 0)), Pin((100, 0, 0)), length=150.0, bulge=(0, 0, 1), equilibrium=1))
+    corners = np.eye(3)
+    last = first
+    for one, other in ((0, 1), (1, 2), (2, 0)):
+        for angle in np.radians(np.arange(2, 91, 2)):
+            place = 100.0 * (math.cos(angle) * corners[one] + math.sin(angle) * corners[other])
+            last = last.moved(end=Pin(tuple(place)))
+    s = np.linspace(0.0, 150.0, 7)
+    assert np.abs(last.position(s) - first.position(s)).max() < 1e-9

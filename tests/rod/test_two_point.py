@@ -264,3 +264,17 @@ def test_bulge_along_the_tangent_of_coincident_ends() -> None:
     cable = Cable("c", 1.0, Clamp(place, (0, 1, 0)), Clamp(place, (0, 1, 0)), length=100.0, bulge=(0, 1, 0))
     with pytest.raises(SceneError, match="parallel to the tangent of the ends, which coincide"):
         solve_rod(cable)
+
+
+@pytest.mark.parametrize("turn", np.linspace(0.0, 6.0, 12))
+def test_a_semicircle_is_a_circle_however_it_lies(turn) -> None:
+    cosine, sine, size = math.cos(turn), math.sin(turn), 17.3 * (1.0 + turn)
+    end = (2.0 * size / math.pi * cosine, 2.0 * size / math.pi * sine, 0.0)
+    clamps = Clamp((0, 0, 0), (-sine, cosine, 0)), Clamp(end, (sine, -cosine, 0))
+    assert solve_rod(Cable("c", 0.1, *clamps, length=size)).equilibrium.branch == "circle"
+
+
+def test_a_length_below_rounding_is_refused() -> None:
+    place = Pin((1000, 0, 0))
+    with pytest.raises(InfeasibleError, match="less than numbers tell apart"):
+        solve_rod(Cable("c", 1e-3, place, place, length=6e-15))
