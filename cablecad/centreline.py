@@ -283,6 +283,14 @@ class Centreline:
                 target[own] = value
         return result
 
+    def ends(self) -> Frames:
+        """Positions and frames at the start and at the end, shape (2, 3) each."""
+        start = _ends(self.pieces[0])
+        if len(self.pieces) == 1:
+            return start
+        end = _ends(self.pieces[-1])
+        return Frames(*(np.stack([one[0], other[1]]) for one, other in zip(start, end, strict=True)))
+
     def states(self, s: ArrayLike, side: Side = "right") -> tuple[Frames, Array]:
         """`frames`, and the curvature's components along normal and binormal, shape (n, 2) [1/mm]."""
         if len(self.pieces) == 1:

@@ -13,16 +13,16 @@ import numpy as np
 
 from cablecad.centreline import Array
 from cablecad.errors import SolveError, UsageError
-from cablecad.model import Cable, Clamp, Pin, Port, Toward, Vector
+from cablecad.model import Cable, Clamp, Pin, Port, Toward, Vector, unit
 from cablecad.rod.elastica import Inflexional
 from cablecad.rod.equilibria import Equilibria
 from cablecad.rod.follow import follow_planar
-from cablecad.rod.plane import unit_vector
 from cablecad.rod.solution import RodSolution
 from cablecad.rod.solve import solve_rod
 from cablecad.rod.span import Span, span_of
 from cablecad.rod.trace import Trace
 from cablecad.rod.two_point import equilibrium_of, solution_of, torsion_ratio
+from cablecad.rod.vector import dot, minus, plus
 
 _JUMP = 0.25
 """A shape that turns this much further than its ends do may have jumped to another branch [rad]; neighbouring branches
@@ -74,7 +74,8 @@ def move_solution(
         bent = last.centreline.pieces[0]
         if not isinstance(bent, Inflexional):
             return solve_rod(cable)
-        bulge, way = _side(last, cable, -bent.placement.e2)
+        x, y, z = (-bent.placement.e2).tolist()
+        bulge, way = _side(last, cable, (x, y, z))
         anew = solve_rod(replace(cable, bulge=bulge, equilibrium=last.index - last.index % 2 + way))
         return replace(anew, cable=cable, reason=f"{last.reason}; followed")
     assert isinstance(cable.length, int | float)
@@ -171,11 +172,12 @@ def _moved_span(last: RodSolution, cable: Cable, trace: Trace) -> Span:
     than a right angle, which the normal does not tell, but the clamps do that lean from the axis.
     """
     assert isinstance(cable.length, int | float)
-    x, y, z = _carried(trace.span.e3, *_axes(last, cable)).tolist()
-    span = span_of(cable, float(cable.length), near=(x, y, z))
-    turned = abs(math.acos(min(1.0, abs(float(span.e3 @ (x, y, z))))))
+    x, y, z = trace.span.e3.tolist()
+    near = _carried((x, y, z), *_axes(last, cable))
+    span = span_of(cable, float(cable.length), near=near)
     asked = _asked(trace, span)
     if asked > _LEAST_ASKED:
+        turned = math.acos(min(1.0, abs(float(span.e3 @ near))))
         other = replace(span, e2=-span.e2, start_angle=-span.start_angle, end_angle=-span.end_angle)
         less = _asked(trace, other)
         if less < asked and (turned > _TURNED or (asked > 1.0 and less < _SAME)):
@@ -193,19 +195,18 @@ def _asked(trace: Trace, span: Span) -> float:
     return changed
 
 
-def _side(last: RodSolution, cable: Cable, side: Array) -> tuple[Vector, int]:
+def _side(last: RodSolution, cable: Cable, side: Vector) -> tuple[Vector, int]:
     """The bulge of a moved pinned cable that lay on `side`, and whether it lies towards it (0) or away from it (1).
 
     The bulge that was given, wherever it says enough; else the side itself, which turns with the chord: the default
     bulge changes with the direction of the chord.
     """
-    before, after = _axes(last, cable)
-    if cable.bulge is not None and after.any():
-        bulge = unit_vector(cable.bulge)
-        if all(abs(float(unit_vector(axis) @ bulge)) < _ALONG for axis in (before, after) if axis.any()):
-            return cable.bulge, int(float(side @ bulge) < 0.0)
-    x, y, z = _carried(side, before, after).tolist()
-    return (x, y, z), 0
+    axes = _axes(last, cable)
+    if cable.bulge is not None and any(axes[1]):
+        bulge = unit(cable.bulge)
+        if all(abs(dot(unit(axis), bulge)) < _ALONG for axis in axes if any(axis)):
+            return cable.bulge, int(dot(side, bulge) < 0.0)
+    return _carried(side, *axes), 0
 
 
 def _clamped(cable: Cable) -> tuple[bool, bool]:
@@ -213,30 +214,32 @@ def _clamped(cable: Cable) -> tuple[bool, bool]:
     return isinstance(cable.start_support, Clamp), isinstance(cable.end_support, Clamp)
 
 
-def _axes(last: RodSolution, cable: Cable) -> tuple[Array, Array]:
+def _axes(last: RodSolution, cable: Cable) -> tuple[Vector, Vector]:
     """What a plane turns with, before and after a move: the chord, or where the ends coincide the axis of a clamp."""
-    before, after = _chord(last), np.subtract(cable.end_support.position, cable.start_support.position)  # type: ignore[union-attr]
-    if before.any() and after.any():
-        return before, after
-    for old, new in zip(
-        (last.cable.start_support, last.cable.end_support), (cable.start_support, cable.end_support), strict=True
-    ):
-        if isinstance(old, Clamp) and isinstance(new, Clamp):
-            return np.array(old.direction), np.array(new.direction)
+    old, new = ((one.start_support, one.end_support) for one in (last.cable, cable))
+    if isinstance(old[1], Toward):
+        x, y, z = _chord(last).tolist()
+        before = (x, y, z)
+    else:  # not of the last shape, which may not have been drawn
+        before = minus(old[1].position, old[0].position)
+    assert not isinstance(new[1], Toward)  # a moved end has a position
+    after = minus(new[1].position, new[0].position)
+    if not (any(before) and any(after)):
+        for one, other in zip(old, new, strict=True):
+            if isinstance(one, Clamp) and isinstance(other, Clamp):
+                return one.direction, other.direction
     return before, after
 
 
-def _carried(vector: Array, before: Array, after: Array) -> Array:
+def _carried(vector: Vector, before: Vector, after: Vector) -> Vector:
     """A vector turned as an axis turned, the short way; as it is where an axis vanishes or turns half round."""
-    if not (before.any() and after.any()):
+    if not (any(before) and any(after)):
         return vector
-    one, other = unit_vector(before), unit_vector(after)
-    cosine = float(one @ other)
+    one, other = unit(before), unit(after)
+    cosine, middle = dot(one, other), plus(one, other)
     if cosine <= _OPPOSITE - 1.0:
         return vector
-    middle = one + other
-    turned: Array = vector - (vector @ middle) / (1.0 + cosine) * middle + 2.0 * (vector @ one) * other
-    return turned
+    return plus(plus(vector, middle, -dot(vector, middle) / (1.0 + cosine)), other, 2.0 * dot(vector, one))
 
 
 def _moved_cable(

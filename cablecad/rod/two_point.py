@@ -181,15 +181,14 @@ def equilibrium_of(cable: Cable, trace: Trace, numbers: Numbers, ratio: float | 
 def _residual(chosen: Equilibrium, span: Span, begin: Array, finish: Array, length: float) -> float:
     """The largest unmet end condition of the delivered centreline: position over length, direction as an angle."""
     centreline = chosen.centreline
-    ends, bends = centreline.states([0.0, centreline.length])
+    ends = centreline.ends()
     unmet = [float(np.linalg.norm(ends.position[i] - place)) / length for i, place in ((0, begin), (1, finish))]
-    kappa = bends[:, 0]
     for i, (clamped, angle) in enumerate(((span.start_clamped, span.start_angle), (span.end_clamped, span.end_angle))):
         if clamped:
             wanted = math.cos(angle) * span.e1 + math.sin(angle) * span.e2
             unmet.append(float(np.linalg.norm(ends.tangent[i] - wanted)))
         else:
-            unmet.append(abs(float(kappa[i])) * length)
+            unmet.append(abs(float(centreline.curvature(i * centreline.length)[0])) * length)
     return max(unmet)
 
 
