@@ -30,7 +30,7 @@ class Trace:
     @cached_property
     def row(self) -> Equilibria:
         """The equilibrium of a rod of length one, a single row: a slice of all, whose arrays it shares."""
-        return self.among.take(slice(self.place, self.place + 1))
+        return self.among if len(self.among) == 1 else self.among.take(slice(self.place, self.place + 1))
 
     @property
     def is_taut(self) -> bool:
