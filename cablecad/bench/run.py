@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import time
 from collections.abc import Callable, Sequence
 from importlib.util import find_spec
@@ -42,6 +43,8 @@ def run_bench(
             if len(stages) == 1:
                 raise MissingDependencyError(f"stage {stage.name}: {result.skipped}")
         else:
+            gc.collect()
+            gc.freeze()  # what the stages before have left is not looked through again and again by this one
             result.tables = stage.run(effort, tell or _be_silent)
         result.seconds = time.perf_counter() - begun
         report.stages.append(result)

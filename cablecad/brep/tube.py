@@ -259,6 +259,7 @@ def _circle_parameter(arcs: int, degree: int, v: float) -> Geom2d_BSplineCurve:
     )
 
 
+@lru_cache(maxsize=64)
 def _circle_form(radius: float) -> tuple[int, int]:
     """Arcs and degree of the parameter curve that lets it slip by `_CIRCLE_SLIP` at most: the fewest arcs that do."""
     least, greatest = _CIRCLE_DEGREES

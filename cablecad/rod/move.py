@@ -22,7 +22,7 @@ from cablecad.rod.solve import solve_rod
 from cablecad.rod.span import Span, span_of
 from cablecad.rod.trace import Trace
 from cablecad.rod.two_point import equilibrium_of, solution_of, torsion_ratio
-from cablecad.rod.vector import dot, minus, plus
+from cablecad.rod.vector import cross, dot, minus, plus
 
 _JUMP = 0.25
 """A shape that turns this much further than its ends do may have jumped to another branch [rad]; neighbouring branches
@@ -172,8 +172,8 @@ def _moved_span(last: RodSolution, cable: Cable, trace: Trace) -> Span:
     than a right angle, which the normal does not tell, but the clamps do that lean from the axis.
     """
     assert isinstance(cable.length, int | float)
-    x, y, z = trace.span.e3.tolist()
-    near = _carried((x, y, z), *_axes(last, cable))
+    old = trace.span
+    near = _carried(cross(old.e1.tolist(), old.e2.tolist()), *_axes(last, cable))
     span = span_of(cable, float(cable.length), near=near)
     asked = _asked(trace, span)
     if asked > _LEAST_ASKED:
