@@ -15,13 +15,11 @@ from cablecad.report import CableOutcome, cable_report
 if TYPE_CHECKING:
     from OCP.TopoDS import TopoDS_Solid
 
+    from cablecad.brep.tube import Method
     from cablecad.rod.solution import RodSolution
 
 Search = Literal["answer", "wide"]
 """How far to look for equilibria: for the answer alone, or for more of them."""
-
-Method = Literal["direct", "pipe_shell"]
-"""How to make the tube: its faces directly, or by Open Cascade's own sweep."""
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from cablecad.errors import CablecadError, GeometryError, InvalidTubeError, Mistake, SceneError
 from cablecad.model import Toward, tolerance_floor
-from cablecad.pipeline.cable import Method, solve
+from cablecad.pipeline.cable import solve
 from cablecad.pipeline.clock import timed
 from cablecad.report import CableOutcome
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from cablecad.brep.measure import Measured
     from cablecad.brep.spline import FittedCentreline
+    from cablecad.brep.tube import Method
     from cablecad.rod.solution import RodSolution
 
 WORST_DEVIATION = 1.0 / 20.0

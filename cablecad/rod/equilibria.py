@@ -24,6 +24,9 @@ _FORCELESS = 1e-6
 """Below this omega, force over EI times length squared of 1e-12, a shape is a circle or a line: rounding of the ends
 makes less than a tenth of it."""
 
+_FLAT = 1e-7
+"""Below this curvature such a shape is a line."""
+
 _TURN = 2.0 * np.pi
 
 
@@ -44,7 +47,7 @@ class Numbers(NamedTuple):
     def branch(self) -> str:
         """What the pendulum does: swings, goes over the top, or feels no force."""
         if self.omega < _FORCELESS:
-            return "circle" if abs(self.kappa) > _FORCELESS else "line"
+            return "circle" if abs(self.kappa) > _FLAT else "line"
         half = self.lean / 2.0
         cosine = math.sin(half) if self.tension else math.cos(half)  # of half the angle from the compression
         return "inflexional" if abs(self.kappa) <= 2.0 * self.omega * abs(cosine) else "non-inflexional"

@@ -32,9 +32,6 @@ EASY_OMEGA = 14.0
 _GOOD = 1e-13
 """Residual above which a solution polished in floats is tried again by the other way."""
 
-_LOST = 1e-12
-"""Residual above which a solution polished with many others is tried again alone."""
-
 _FEW = 8
 """Up to so many solutions are polished one by one in floats: calls of numpy cost more than the arithmetic."""
 
@@ -192,21 +189,7 @@ def polish(
         at a pin over 1 + omega).
     """
     if len(z) > _FEW:
-        middle, probe, residual = _polish_together(space, z, force, targets, excess, iterations)
-        lost = np.flatnonzero(~(residual <= _LOST))
-        if not len(lost):
-            return middle, probe, residual
-        some, residual[lost] = _polish_few(space, z[lost], force[lost], targets[lost], excess[lost], iterations)
-        middle = middle.replaced(lost, some)
-    else:
-        middle, residual = _polish_few(space, z, force, targets, excess, iterations)
-    return middle, middle.jump(PROBES), residual
-
-
-def _polish_few(
-    space: Ritz, z: Array, force: Array, targets: Array, excess: Array, iterations: int
-) -> tuple[Middle, Array]:
-    """`polish` one by one in floats, and together what floats do not bring to the end."""
+        return _polish_together(space, z, force, targets, excess, iterations)
     state = z @ space.middle.T
     middle = middle_of(state[:, 0], state[:, 1], force)
     easy = (np.max(np.abs(z @ space.functions.T), axis=1) > _FLAT) & (middle.omega < EASY_OMEGA)
@@ -221,7 +204,7 @@ def _polish_few(
     if len(rest):
         some, _, residual[rest] = _polish_together(space, z[rest], force[rest], targets[rest], excess[rest], iterations)
         middle = middle.replaced(rest, some)
-    return middle, residual
+    return middle, middle.jump(PROBES), residual
 
 
 def _polish_together(
