@@ -26,10 +26,12 @@ from hashlib import blake2b
 
 import numpy as np
 
-from cablecad.brep.entities import HASH_IN_STRING, REAL_FORMAT, Entities, read_entities, reals
+from cablecad.brep.entities import HASH_IN_STRING, Entities, read_entities
+from cablecad.brep.reals import REAL_FORMAT, reals
 
 __all__ = ["REAL_FORMAT", "canonical"]
 
+_DATA = b"DATA;\n"
 _STRING = rb"'[^']*(?:''[^']*)*'"
 _BREAK = re.compile(rb"\n *")
 _REFERENCE = re.compile(rb"#\d+")
@@ -65,19 +67,17 @@ def canonical(text: bytes, header: bytes) -> bytes:
     Raises:
         GeometryError: A real is not finite.
     """
-    head, _, rest = text.partition(b"DATA;\n")
-    schema = _SCHEMA.search(head)
-    lines = _Numbering(read_entities(rest[: rest.rindex(b"ENDSEC;")])).lines()
-    return b"".join(
-        [
-            b"ISO-10303-21;\nHEADER;\n",
-            header,
-            _BREAK.sub(b"", schema.group()) if schema else b"FILE_SCHEMA(('AUTOMOTIVE_DESIGN'));",
-            b"\nENDSEC;\nDATA;\n",
-            b"\n".join(lines).replace(HASH_IN_STRING, b"#"),
-            b"\nENDSEC;\nEND-ISO-10303-21;\n",
-        ]
-    )
+    begin, end = text.index(_DATA) + len(_DATA), text.rindex(b"ENDSEC;")
+    schema = _SCHEMA.search(text, 0, begin)
+    head = [
+        b"ISO-10303-21;\nHEADER;",
+        header.rstrip(b"\n"),
+        _BREAK.sub(b"", schema.group()) if schema else b"FILE_SCHEMA(('AUTOMOTIVE_DESIGN'));",
+        b"ENDSEC;\nDATA;",
+    ]
+    lines = _Numbering(read_entities(text, begin, end)).lines()
+    # One join: a copy of a long text takes a tenth of all this.
+    return b"\n".join([*head, *lines, b"ENDSEC;\nEND-ISO-10303-21;\n"]).replace(HASH_IN_STRING, b"#")
 
 
 def _shade(real: re.Match[bytes]) -> bytes:

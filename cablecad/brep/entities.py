@@ -1,49 +1,39 @@
 """The entities of a STEP text as Open Cascade writes it: each on a line of its own, and what it refers to.
 
 All of it happens in place, on the bytes as one array: no text gets longer but strings, which come first. What is too
-much becomes NUL, and one pass drops every NUL at the end.
+much becomes NUL, and one pass drops every NUL at the end. A long text goes through in blocks, which stay in the
+processor's cache.
 
 1. Strings become ASCII (`part21`); what would mislead the rest stands masked in them.
 2. Line breaks within an entity go, with the spaces after them.
 3. Every # is a definition, where it begins a line, or a reference. Their numbers are read digit by digit, a digit of
    all of them at once.
-4. Every real, E and sign and 16 digits before it, is replaced by the fewest digits that are the same double, which
-   never are longer; each distinct text is worked out once.
+4. Every real is replaced by the fewest digits that are the same double (`reals`).
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
 from cablecad.brep.part21 import requoted
+from cablecad.brep.reals import Bytes, Places, digits_of, shorten_reals
 from cablecad.errors import GeometryError
 
-Bytes = np.ndarray[Any, np.dtype[np.uint8]]
-Places = np.ndarray[Any, np.dtype[np.intp]]
-Tokens = np.ndarray[Any, np.dtype[np.bytes_]]
-
-REAL_FORMAT = "%.16E"
-"""How Open Cascade is to write reals: 17 significant digits name any double, and the E tells them from integers. Open
-Cascade 7.9 has room for 23 characters and no more, which this takes to the last."""
-
 _NOT_FINITE = re.compile(rb"[(,]-?(?:NAN|INF)")
-_BARE_EXPONENT = re.compile(r"\n(\d)E")
-
-_MANTISSA = 18  # characters of d.dddddddddddddddd; the sign stays where it is
-_DIGITS = [0, *range(2, _MANTISSA)]
-
-_MIXING = np.array([0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB], np.uint64)
-"""Odd numbers without any pattern: words times these hardly ever have the same sum, modulo 2^64."""
 
 # # and . within strings, while outside they mean a reference and a real; strings hold no controls otherwise.
 HASH_IN_STRING = b"\x01"
 _POINT_IN_STRING = b"\x02"
 _UNMASKED = bytes.maketrans(_POINT_IN_STRING, b".")
 _NOTHING = 0
+
+_BLOCK = 1 << 19
+"""Characters worked on at once: 2^18 take a tenth more time, all of 4 MB a quarter."""
 
 
 @dataclass(eq=False)
@@ -65,18 +55,61 @@ class Entities:
     starts: Places
 
 
-def read_entities(data: bytes) -> Entities:
+class _Block(NamedTuple):
+    """Some entities: their lines, first characters, and all numbers behind a #, with whether each is a definition."""
+
+    lines: list[bytes]
+    initials: Bytes
+    values: Places
+    defines: np.ndarray
+
+
+def read_entities(text: bytes, begin: int, end: int) -> Entities:
     """Take a DATA section apart.
 
     Args:
-        data: From behind ``DATA;`` to before ``ENDSEC;``, its reals written in `REAL_FORMAT`.
+        text: Its reals are written in `REAL_FORMAT`.
+        begin: Where in the text the section does, behind ``DATA;``.
+        end: Where it ends, before ``ENDSEC;``.
 
     Raises:
         GeometryError: A real is not finite, or an entity is referred to and not there.
     """
+    blocks = [_read_block(block) for block in _blocks(text, begin, end)]
+    lines = [line for block in blocks for line in block.lines]
+    initials, values, defines = (
+        np.concatenate(parts)
+        for parts in zip(*((block.initials, block.values, block.defines) for block in blocks), strict=True)
+    )
+    numbers = values[defines]
+    entity = np.full(int(values.max(initial=0)) + 1, -1)
+    entity[numbers] = np.arange(len(numbers))
+    targets = entity[values[~defines]]
+    if (targets < 0).any():
+        raise GeometryError("Open Cascade refers to an entity that it did not write; check the solids that were given")
+    starts = np.append(np.flatnonzero(defines) - np.arange(len(numbers)), len(targets))
+    return Entities(lines, numbers, initials, targets, starts)
+
+
+def _blocks(text: bytes, begin: int, end: int) -> Iterator[bytes]:
+    """Some whole entities after the other; one block at least."""
+    while True:
+        cut = begin + _BLOCK
+        while True:
+            cut = text.find(b";\n", cut, end) + 2
+            if cut < 2:
+                yield text[begin:end]
+                return
+            if text.count(b"'", begin, cut) % 2 == 0:  # else the line ends within a string
+                break
+        yield text[begin:cut]
+        begin = cut
+
+
+def _read_block(block: bytes) -> _Block:
     # A line before the first, so that all begin alike; and room to look beyond the last.
-    text = np.frombuffer(bytearray(b"".join((b";\n", _with_plain_strings(data), bytes(24)))), np.uint8)
-    if _may_be_infinite(text) and _NOT_FINITE.search(b"'".join(data.split(b"'")[::2])):
+    text = np.frombuffer(bytearray(b"".join((b";\n", *_with_plain_strings(block), bytes(24)))), np.uint8)
+    if _may_be_infinite(text) and _NOT_FINITE.search(b"'".join(block.split(b"'")[::2])):
         raise GeometryError(
             "a solid has coordinates that are not finite numbers, and STEP cannot hold them; "
             "check the solids that were given"
@@ -87,21 +120,12 @@ def read_entities(data: bytes) -> Entities:
     defines = text[hashes - 1] == ord("\n")
     bodies = _without_spaces(text, _without_spaces(text, behind[defines]) + 1)  # around the =
     initials = text[bodies]
-    _shorten_reals(text)
-
-    numbers, count = values[defines], int(np.count_nonzero(defines))
-    entity = np.full(int(values.max(initial=0)) + 1, -1)
-    entity[numbers] = np.arange(count)
-    targets = entity[values[~defines]]
-    if (targets < 0).any():
-        raise GeometryError("Open Cascade refers to an entity that it did not write; check the solids that were given")
-    starts = np.append(np.flatnonzero(defines) - np.arange(count), len(targets))
-    lines = text.tobytes().translate(_UNMASKED, bytes([_NOTHING])).split(b"\n")[1:-1]
-    return Entities(lines, numbers, initials, targets, starts)
+    shorten_reals(text)
+    return _Block(text.tobytes().translate(_UNMASKED, bytes([_NOTHING])).split(b"\n")[1:-1], initials, values, defines)
 
 
-def _with_plain_strings(data: bytes) -> bytes:
-    """The text with its strings as they are to be written, but for what is masked."""
+def _with_plain_strings(data: bytes) -> list[bytes]:
+    """A text in pieces, its strings as they are to be written, but for what is masked."""
     quotes = np.flatnonzero(np.frombuffer(data, np.uint8) == ord("'"))
     # A quote within a string is doubled: its two halves are strings, with nothing between them.
     first, last = quotes[::2] + 1, quotes[1::2]
@@ -116,7 +140,7 @@ def _with_plain_strings(data: bytes) -> bytes:
             known[string] = plain.replace(b"#", HASH_IN_STRING).replace(b".", _POINT_IN_STRING)
         pieces += (data[done:begin], known[string])
         done = end
-    return b"".join((*pieces, data[done:]))
+    return [*pieces, data[done:]]
 
 
 def _may_be_infinite(text: Bytes) -> bool:
@@ -147,49 +171,7 @@ def _without_spaces(text: Bytes, places: Places) -> Places:
 def _integers(text: Bytes, places: Places) -> tuple[Places, Places]:
     """The whole number from each place on, and what is behind it."""
     places, values = places.copy(), np.zeros(len(places), np.intp)
-    while (more := (digits := _digits(text[places])) < 10).any():
+    while (more := (digits := digits_of(text[places])) < 10).any():
         values = np.where(more, 10 * values + digits, values)
         places += more
     return values, places
-
-
-def _shorten_reals(text: Bytes) -> None:
-    """Write every real with the fewest digits, in its own place."""
-    marks = np.flatnonzero(text == ord("E"))
-    marks = marks[marks >= _MANTISSA]
-    signs = text[marks + 1]
-    marks = marks[((signs == ord("-")) | (signs == ord("+"))) & (text[marks - _MANTISSA + 1] == ord("."))]
-    three = _digits(text[marks + 4]) < 10  # digits of the exponent; else two
-    for width, ends in ((_MANTISSA + 4, marks[~three]), (_MANTISSA + 5, marks[three])):
-        windows = np.ndarray((len(text) - width,), f"S{width}", text, strides=(1,))  # one that begins at each character
-        places = ends - _MANTISSA
-        tokens = windows[places]
-        whole = (_digits(tokens.view(np.uint8).reshape(-1, width)[:, _DIGITS]) < 10).all(axis=1)
-        places, tokens = places[whole], tokens[whole]
-        first, rank = _distinct(tokens)
-        windows[places] = np.array(reals(list(map(float, tokens[first].tolist()))), windows.dtype)[rank]
-
-
-def _distinct(tokens: Tokens) -> tuple[Places, Places]:
-    """Where each distinct token first stands, and for every token which of these it is."""
-    words = tokens.astype("S24").view(np.uint64).reshape(-1, 3)
-    _, first, rank = np.unique((words * _MIXING).sum(axis=1), return_index=True, return_inverse=True)
-    if (tokens[first][rank] != tokens).any():  # two texts of one sum: as likely as a wrong bit in memory
-        _, first, rank = np.unique(tokens, return_index=True, return_inverse=True)
-    return first, rank
-
-
-def _digits(text: Bytes) -> Bytes:
-    """What each character says as a digit; above 9 it is none."""
-    return text - np.uint8(ord("0"))  # wraps round
-
-
-def reals(values: list[float]) -> list[bytes]:
-    """The fewest digits that read back as the same doubles, as ISO 10303-21 wants them: with a point.
-
-    Args:
-        values: None below 0.
-    """
-    text = "\n" + repr(values)[1:-1].replace(", ", "\n") + "\n"
-    text = _BARE_EXPONENT.sub(r"\n\1.E", text.replace(".0\n", ".\n").replace("e", "E"))
-    return text.encode("ascii").split(b"\n")[1:-1]

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from cablecad.brep.canonical import REAL_FORMAT, canonical
 from cablecad.brep.kernel import TopoDS, silence, subshapes
 from cablecad.brep.part21 import flaw, quoted, requoted, shielded
+from cablecad.brep.reals import reals
 from cablecad.errors import GeometryError
 
 DATA = Path(__file__).parents[1] / "data"
@@ -251,6 +252,43 @@ def test_reals_of_every_length_stand_side_by_side():
     assert all(b"." in real and len(real) <= len(repr(value)) + 1 for real, value in zip(found, values, strict=True))
 
 
+@settings(deadline=None)
+@given(st.lists(st.floats(min_value=0.0, allow_infinity=False), min_size=1, max_size=30))
+def test_reals_have_the_fewest_digits(values):
+    texts = reals(values)
+    for text, value in zip(texts, values, strict=True):
+        digits, _, exponent = repr(value).upper().partition("E")
+        assert text.decode().partition("E")[::2] == (
+            digits.removesuffix("0") if digits[-2:] == ".0" else digits if "." in digits else digits + ".",
+            exponent,
+        )
+
+
+def many_entities(count, strings):
+    """Poles and what refers to them, with names that break a line where an entity might end."""
+    lines = [b"#1 = SHAPE_DEFINITION_REPRESENTATION(%s);\n" % b",".join(b"#%d" % i for i in range(2, count + 2))]
+    for i in range(2, count + 2):
+        name = strings[i % len(strings)]
+        lines.append(b"#%d = CARTESIAN_POINT('%s',(%s));\n" % (i, name, reals_of(i / 3.0, 1.0, i % 7 / 10.0)))
+    return data(*lines)
+
+
+@pytest.mark.parametrize("block", [1, 100, 1000, 10**6])
+def test_blocks_are_cut_between_entities_only(block, monkeypatch):
+    text = many_entities(60, [b"", b"it''s;\n#4 = ''not'';\n", b"a;\n#5", b"'';\n"])
+    whole = canonical(text, HEADER)
+    monkeypatch.setattr("cablecad.brep.entities._BLOCK", block)
+    assert canonical(text, HEADER) == whole
+    assert whole.count(b"CARTESIAN_POINT(") == 60
+    assert whole.count(b"(0.6666666666666666,1.,0.2)") == 1
+
+
+def test_a_text_of_many_blocks_keeps_everything():
+    text = many_entities(20000, [b"pole"])
+    found = re.findall(rb"CARTESIAN_POINT\('pole',\(([^,]*),1\.,([^,]*)\)\)", canonical(text, HEADER))
+    assert [(float(x), float(z)) for x, z in found] == [(i / 3.0, i % 7 / 10.0) for i in range(2, 20002)]
+
+
 def test_poles_in_a_row_are_numbered_as_one_by_one():
     poles = [b"#%d = CARTESIAN_POINT('',(%d.0,0.,0.));\n" % (i, i) for i in range(10, 15)]
     surface = b"#3 = SHAPE_DEFINITION_REPRESENTATION(#10,#11,#12,#13,#14);\n"
@@ -275,7 +313,7 @@ def test_a_reference_to_nothing_is_refused():
 
 
 def test_texts_of_one_sum_are_told_apart(monkeypatch):
-    monkeypatch.setattr("cablecad.brep.entities._MIXING", np.zeros(3, np.uint64))
+    monkeypatch.setattr("cablecad.brep.reals._MIXING", np.zeros(3, np.uint64))
     assert b"(1.,2.,1.,3.)" in canonical(data(b"#1 = VECTOR('',(%s));\n" % reals_of(1.0, 2.0, 1.0, 3.0)), HEADER)
 
 
