@@ -208,7 +208,7 @@ def _swept(name: str) -> Iterator[None]:
     from cablecad.brep import tube
     from cablecad.pipeline import solid
 
-    finish_solid = solid.finish_solid
+    make_solid = solid.make_solid
 
     def along_256_spans(outcome: CableOutcome, prepared: Prepared, _method: object = None) -> TopoDS_Solid:
         def build_tube(_fit: object, radius: float, **_method: object) -> TopoDS_Shape:
@@ -221,7 +221,7 @@ def _swept(name: str) -> Iterator[None]:
             )
 
         with _replaced(tube, "build_tube", build_tube):
-            return finish_solid(outcome, prepared)
+            return make_solid(outcome, prepared)
 
     if name == OURS:
         yield
@@ -229,7 +229,7 @@ def _swept(name: str) -> Iterator[None]:
         with _replaced(solid, "make_solids", partial(solid.make_solids, method="pipe_shell")):
             yield
     else:
-        with _replaced(solid, "finish_solid", along_256_spans):
+        with _replaced(solid, "make_solid", along_256_spans):
             yield
 
 

@@ -1,14 +1,15 @@
 """From solved cables to their solids: shape, refusals, fit, tube, check.
 
-What is done in numpy is done for many cables together, for theirs are small arrays; Open Cascade takes them one by one.
+What is done in numpy is done for many cables together, for theirs are small arrays. Open Cascade makes their faces one
+by one, and checks some solids at once, on all processors.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import repeat
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, ParamSpec
 
 from cablecad.errors import CablecadError, GeometryError, InvalidTubeError, Mistake, SceneError
 from cablecad.model import Toward, tolerance_floor
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
     from cablecad.brep.tube import Method
     from cablecad.rod.solution import RodSolution
 
+P = ParamSpec("P")
+
 WORST_DEVIATION = 1.0 / 20.0
 """A shape tolerance above this share of the radius is lowered to it: beyond it the tube is no tube."""
 
@@ -35,6 +38,9 @@ _ROOM = 4.0
 
 _TOGETHER = 128
 """Cables drawn and fitted at once; more are no faster."""
+
+_CHECKED = 128
+"""Solids checked at once; more are no faster, and who waits for them sees no progress."""
 
 
 def make_solids(
@@ -57,9 +63,11 @@ def make_solids(
         begun = time.perf_counter()
         prepared = _prepared(some, tolerance, method)
         share = (time.perf_counter() - begun) / len(some)
-        for outcome, one in zip(some, prepared, strict=True):
+        for outcome in some:
             outcome.seconds["tube"] = outcome.seconds.get("tube", 0.0) + share
-            yield one if isinstance(one, CablecadError) else _finished(outcome, one, method)
+        for first in range(0, len(some), _CHECKED):
+            own = slice(first, first + _CHECKED)
+            yield from _finished(some[own], prepared[own], method)
 
 
 class Prepared(NamedTuple):
@@ -107,34 +115,67 @@ def _prepared(outcomes: Sequence[CableOutcome], tolerance: float, method: Method
     return [results[i] for i in range(len(outcomes))]
 
 
-def _finished(outcome: CableOutcome, prepared: Prepared, method: Method) -> TopoDS_Solid | CablecadError:
-    """The solid of a cable, or why there is none."""
+def _finished(
+    outcomes: Sequence[CableOutcome], prepared: Sequence[Prepared | CablecadError], method: Method
+) -> Iterator[TopoDS_Solid | CablecadError]:
+    """The solids of some cables, or why there are none."""
+    from cablecad.brep.check import all_valid
+
+    made = [
+        one if isinstance(one, CablecadError) else _or_error(make_solid, outcome, one, method)
+        for outcome, one in zip(outcomes, prepared, strict=True)
+    ]
+    solids = [one for one in made if not isinstance(one, CablecadError)]
+    begun = time.perf_counter()
+    known_valid = len(solids) > 1 and all_valid(solids)
+    share = (time.perf_counter() - begun) / max(len(solids), 1)
+    for outcome, one, solid in zip(outcomes, prepared, made, strict=True):
+        if isinstance(one, CablecadError) or isinstance(solid, CablecadError):
+            yield solid
+            continue
+        outcome.seconds["check"] = outcome.seconds.get("check", 0.0) + share
+        yield _or_error(_checked, outcome, one, solid, method, known_valid)
+
+
+def _or_error(do: Callable[P, TopoDS_Solid], *arguments: P.args, **named: P.kwargs) -> TopoDS_Solid | CablecadError:
+    """The solid something makes, or the error it raises."""
     try:
-        return finish_solid(outcome, prepared, method)
+        return do(*arguments, **named)
     except CablecadError as error:
         return error
 
 
-def finish_solid(outcome: CableOutcome, prepared: Prepared, method: Method = "direct") -> TopoDS_Solid:
-    """Make and check the solid around a fitted centreline.
+def make_solid(outcome: CableOutcome, prepared: Prepared, method: Method = "direct") -> TopoDS_Solid:
+    """Make the solid around a fitted centreline.
 
     Raises:
         InvalidTubeError: The tube would cut into itself.
-        GeometryError: Open Cascade failed, or the solid its check.
+        GeometryError: Open Cascade failed.
     """
     fit, radius = prepared.fit, outcome.cable.section.radius
     with timed(outcome.seconds, "tube"):
         _refuse_spoilt_fit(_solution(outcome), fit)
         from cablecad.brep.tube import build_tube
 
-        solid = build_tube(fit, radius, method=method)
-    with timed(outcome.seconds, "check"):
-        from cablecad.brep.check import check_solid, check_tube
+        return build_tube(fit, radius, method=method)
 
+
+def _checked(
+    outcome: CableOutcome, prepared: Prepared, solid: TopoDS_Solid, method: Method, known_valid: bool
+) -> TopoDS_Solid:
+    """The solid, if it is what it should be.
+
+    Raises:
+        GeometryError: It failed its check, or Open Cascade at checking it.
+    """
+    from cablecad.brep.check import check_solid, check_tube
+
+    fit, radius = prepared.fit, outcome.cable.section.radius
+    with timed(outcome.seconds, "check"):
         if method == "direct":
-            check = check_tube(solid, fit, radius, prepared.measured)
+            check = check_tube(solid, fit, radius, prepared.measured, known_valid=known_valid)
         else:
-            check = check_solid(solid, radius=radius, length=fit.length)
+            check = check_solid(solid, radius=radius, length=fit.length, known_valid=known_valid)
     outcome.fit, outcome.check = fit, check
     # Pappus: the volume of a tube with a side off by e differs by 2 e / r at most, 4 e / r with room for its ends.
     allowed = 4.0 * max(fit.deviation, 0.0 if method == "direct" else 1e-7) / radius + 1e-6

@@ -42,9 +42,9 @@ def test_the_rivals_sweep_and_leave_the_pipeline_as_it_was(tmp_path):
     from cablecad.brep.document import Document
     from cablecad.pipeline import solid
 
-    before = tube.build_tube, solid.finish_solid, Document.__dict__["assembled"]
+    before = tube.build_tube, solid.make_solid, Document.__dict__["assembled"]
     rows = [whole._build(method, whole.loom(1), tmp_path / "loom.step") for method in (*whole.METHODS, whole.OURS)]
-    assert (tube.build_tube, solid.finish_solid, Document.__dict__["assembled"]) == before
+    assert (tube.build_tube, solid.make_solid, Document.__dict__["assembled"]) == before
     sizes = [row.bytes for row in rows]
     assert sizes[0] == sizes[-1]
     assert len(set(sizes)) == 3

@@ -13,7 +13,7 @@ from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
 from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopoDS import TopoDS_Shape, TopoDS_Shell, TopoDS_Solid
 
-from cablecad.brep.check import check_solid
+from cablecad.brep.check import all_valid, check_solid
 from cablecad.brep.fit import fit_centreline
 from cablecad.brep.kernel import subshapes
 from cablecad.brep.tube import build_tube
@@ -101,7 +101,7 @@ def test_measures_do_not_depend_on_the_size(scale: float) -> None:
 # --- solids that are wrong --------------------------------------------------------------------------------------------
 
 
-def test_open_solid_is_not_valid() -> None:
+def open_solid() -> TopoDS_Solid:
     """A tube without one of its caps."""
     builder, shell, solid = BRep_Builder(), TopoDS_Shell(), TopoDS_Solid()
     builder.MakeShell(shell)
@@ -109,9 +109,22 @@ def test_open_solid_is_not_valid() -> None:
         builder.Add(shell, face)
     builder.MakeSolid(solid)
     builder.Add(solid, shell)
-    check = check_solid(solid, radius=2.0, length=350.0)
+    return solid
+
+
+def test_open_solid_is_not_valid() -> None:
+    check = check_solid(open_solid(), radius=2.0, length=350.0)
     assert not check.valid
     assert check.faces == 2
+
+
+def test_one_of_many_that_is_not_valid_is_found() -> None:
+    solids: list[TopoDS_Shape] = [solid_of(CURVES[name], 2.0, 1e-3) for name in CURVES]
+    assert all_valid(solids)
+    assert all_valid(solids[:1])
+    for place in (0, 3, len(solids)):
+        assert not all_valid([*solids[:place], open_solid(), *solids[place:]])
+        assert not all_valid([*solids[:place], TopoDS_Shape(), *solids[place:]])  # Open Cascade fails
 
 
 def test_solid_inside_out_has_negative_volume() -> None:

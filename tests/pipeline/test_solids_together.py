@@ -6,9 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from OCP.BRep import BRep_Builder
+from OCP.TopAbs import TopAbs_ShapeEnum
+from OCP.TopoDS import TopoDS_Shell, TopoDS_Solid
 
 from cablecad.bench.whole import loom
 from cablecad.brep.check import volume_of
+from cablecad.brep.kernel import subshapes
 from cablecad.errors import CablecadError, GeometryError, InvalidTubeError, SceneError
 from cablecad.model import Cable, Pin, Port
 from cablecad.pipeline import build, solve, solve_many
@@ -62,19 +66,43 @@ def test_each_failure_is_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
     cables.insert(3, Cable("hair", 1e-6, Port((0, 0, 0), UP), Port((120, 0, 0), UP), length=300.0))
     cables.insert(6, Cable("spoilt", 4.0, Port((0, 0, 0), UP), Port((121, 0, 0), UP), length=300.0))
     some = outcomes(cables)
-    finish_solid = solid_module.finish_solid
+    make_solid = solid_module.make_solid
 
     def fails(outcome: CableOutcome, *prepared: Any) -> object:
         if outcome is some[6]:
             raise GeometryError("Open Cascade failed")
-        return finish_solid(outcome, *prepared)
+        return make_solid(outcome, *prepared)
 
-    monkeypatch.setattr(solid_module, "finish_solid", fails)
+    monkeypatch.setattr(solid_module, "make_solid", fails)
     kinds = [type(one) if isinstance(one, CablecadError) else None for one in make_solids(some, 1e-3)]
     wanted: list[type | None] = [None] * len(cables)
     wanted[1], wanted[3], wanted[6] = InvalidTubeError, SceneError, GeometryError
     assert kinds == wanted
     assert some[6].fit is None
+
+
+def test_a_solid_that_is_not_valid_costs_no_other_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    some = outcomes(assorted())
+    make_solid = solid_module.make_solid
+
+    def opened(outcome: CableOutcome, *prepared: Any) -> TopoDS_Solid:
+        solid = make_solid(outcome, *prepared)
+        if outcome is not some[2]:
+            return solid
+        builder, shell, broken = BRep_Builder(), TopoDS_Shell(), TopoDS_Solid()
+        builder.MakeShell(shell)
+        builder.Add(shell, subshapes(solid, TopAbs_ShapeEnum.TopAbs_FACE)[0])
+        builder.MakeSolid(broken)
+        builder.Add(broken, shell)
+        return broken
+
+    monkeypatch.setattr(solid_module, "make_solid", opened)
+    made = list(make_solids(some, 1e-3))
+    assert [i for i, one in enumerate(made) if isinstance(one, CablecadError)] == [2]
+    assert isinstance(made[2], GeometryError)
+    assert "BRepCheck not valid" in str(made[2])
+    assert [outcome.check is not None and outcome.check.valid for outcome in some] == [i != 2 for i in range(len(some))]
+    assert all(outcome.seconds["check"] > 0.0 for outcome in some)
 
 
 def test_a_sweep_is_measured_itself() -> None:
