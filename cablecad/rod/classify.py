@@ -19,8 +19,7 @@ from cablecad.rod.trial import Array
 _TURN = 2.0 * np.pi
 
 FEW = 24
-"""Of so few solutions only the verdicts in the plane are found, as far as they are clear: half the time of margins. Of
-many, whose margins somebody is going to ask for, these are found at once."""
+"""Of so few solutions the verdicts in the plane come from eigenvalues of the search's own modes: fewer calls."""
 
 
 def classify(

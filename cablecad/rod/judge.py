@@ -8,6 +8,7 @@ max(omega, greatest curvature/2); tests/experiments/margin_modes.py measured it.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Literal
@@ -19,7 +20,7 @@ from cablecad.rod.equilibria import Equilibria, modes_for
 from cablecad.rod.midpoint import State
 from cablecad.rod.ritz import ritz
 from cablecad.rod.stability import NEUTRAL, forms_at_nodes, stability
-from cablecad.rod.steady import is_steady
+from cablecad.rod.steady import all_definite, is_steady
 from cablecad.rod.trace import Trace
 from cablecad.rod.trial import Array, TrialSpace, legendre, trial_space
 
@@ -59,16 +60,33 @@ Plane = Literal[0, 1]
 
 
 def judge_in_plane(found: Equilibria) -> None:
-    """Find margins and verdicts in the plane, by which the search ranks; the steepest shapes are left for later."""
+    """Find the verdicts in the plane, by which the search ranks; the steepest shapes are left for later.
+
+    Margins are found only of those that are near zero: most equilibria of a search nobody ever asks about.
+    """
     steepness = np.maximum(found.omega, found.kappa_max / 2.0)
     rows = np.flatnonzero(steepness <= SHARPEST)
+    _decide_clear(found, rows, steepness[rows])
+    rows = rows[found.verdict[rows, 0] == 0]
     if not len(rows):
         return
-    _judge_with(found, rows, _counts(steepness[rows]), planes=(0,))
+    _judge_with(found, rows, _counts(TRIAL_MODES, steepness[rows]), planes=(0,))
     doubtful = rows[np.abs(found.margins[rows, 0]) < DOUBT * (1.0 + steepness[rows] ** 2)]
     if len(doubtful):
         _judge_with(found, doubtful, np.full(len(doubtful), FINEST), planes=(0,))
     found.verdict[rows, 0] = np.where(found.margins[rows, 0] > NEUTRAL, 1, -1)
+
+
+def _decide_clear(found: Equilibria, rows: np.ndarray, steepness: Array) -> None:
+    """Verdicts in the plane of those `rows` whose margins are farther from zero than rough ones can be wrong."""
+    doubt = np.zeros(len(found))
+    doubt[rows] = SURE * (1.0 + steepness**2)
+    for own, some, space in _alike(found, rows, _counts(VERDICT_MODES, steepness)):
+        (forms,), _ = _forms(some, space, *some.tangents(space.s), (0,))
+        one = np.eye(forms.shape[-1])
+        for i, form in zip(own.tolist(), forms, strict=True):
+            shift = doubt[i] * one
+            found.verdict[i, 0] = 1 if all_definite(form - shift) else 0 if all_definite(form + shift) else -1
 
 
 def judge(found: Equilibria) -> None:
@@ -82,7 +100,7 @@ def judge(found: Equilibria) -> None:
     both: tuple[Plane, ...] = (0, 1)
     for some, planes in ((plain & whole, both), (plain & ~whole, both[1:])):
         if some.any():
-            _judge_with(found, missing[some], _counts(steepness[some]), planes=planes)
+            _judge_with(found, missing[some], _counts(TRIAL_MODES, steepness[some]), planes=planes)
     for row in missing[~plain]:
         _judge_on_panels(found, row)
     doubtful = plain & (np.min(np.abs(found.margins[missing]), axis=1) < DOUBT * (1.0 + steepness**2))
@@ -91,9 +109,9 @@ def judge(found: Equilibria) -> None:
     found.verdict[missing] = np.where(found.margins[missing] > NEUTRAL, 1, -1)
 
 
-def _counts(steepness: Array) -> np.ndarray:
-    """Trial functions for shapes by their steepness."""
-    limits, counts = zip(*TRIAL_MODES, strict=True)
+def _counts(modes: Sequence[tuple[float, int]], steepness: Array) -> np.ndarray:
+    """Trial functions for shapes by their steepness, of `TRIAL_MODES` or `VERDICT_MODES`."""
+    limits, counts = zip(*modes, strict=True)
     return np.array(counts)[np.searchsorted(limits, steepness)]
 
 
@@ -114,16 +132,23 @@ def decide(found: Equilibria, plane: Plane) -> np.ndarray:
 
 
 def _judge_with(found: Equilibria, rows: np.ndarray, counts: np.ndarray, *, planes: tuple[Plane, ...]) -> None:
-    """Margins of `rows`, each by its number of trial functions; rows alike in these and in their ends together."""
-    kinds = np.column_stack([found.held[rows], np.isnan(found.torsion_ratio[rows]), counts])
-    for kind in np.unique(kinds, axis=0) if len(rows) > 1 else kinds:
-        own = rows[(kinds == kind).all(axis=1)]
-        some = found.take(own) if len(own) < len(found) else found
-        space = trial_space(bool(kind[0]), bool(kind[1]), (0.0, 1.0), int(kind[3]))
+    """Margins of `rows`, each by its number of trial functions."""
+    for own, some, space in _alike(found, rows, counts):
         forms, free = _forms(some, space, *some.tangents(space.s), planes)
         found.margins[own[:, None], planes] = np.linalg.eigvalsh(forms)[..., 0].T
         if 1 in planes:
             found.free_turns[own] = free
+
+
+def _alike(
+    found: Equilibria, rows: np.ndarray, counts: np.ndarray
+) -> Iterator[tuple[np.ndarray, Equilibria, TrialSpace]]:
+    """Rows alike in their ends and in their number of trial functions together: their indices, and these functions."""
+    kinds = np.column_stack([found.held[rows], np.isnan(found.torsion_ratio[rows]), counts])
+    for kind in np.unique(kinds, axis=0) if len(rows) > 1 else kinds:
+        own = rows[(kinds == kind).all(axis=1)]
+        some = found.take(own) if len(own) < len(found) else found
+        yield own, some, trial_space(bool(kind[0]), bool(kind[1]), (0.0, 1.0), int(kind[3]))
 
 
 def _judge_on_panels(found: Equilibria, i: int) -> None:

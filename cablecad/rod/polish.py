@@ -15,7 +15,7 @@ import numpy as np
 from cablecad.rod.course import Courses, courses
 from cablecad.rod.flow import Jump, jump
 from cablecad.rod.midpoint import Held, State, refine
-from cablecad.rod.ritz import Ritz, respond, solve
+from cablecad.rod.ritz import Ritz, blocks, respond, solve
 from cablecad.rod.taut import SEED, wrap
 from cablecad.rod.trial import Array
 
@@ -124,6 +124,11 @@ def response(space: Ritz, z: Array, force: Array) -> Array:
     Columns: a unit of int 2 sin^2(theta/2), of int sin(theta), of the condition at s = 0 and at s = 1: of the angle at
     a clamp, of the curvature at a pin. Rows: theta, kappa, n_x, n_y at mid-span.
     """
+    return np.concatenate([_response_of(space, z[own], force[own]) for own in blocks(len(z))])
+
+
+def _response_of(space: Ritz, z: Array, force: Array) -> Array:
+    """`response` for one block."""
     system, tension = respond(space, z, force)
     d = len(space.free)
     sine, cosine = np.sin(z @ space.functions.T), np.cos(z @ space.functions.T)
