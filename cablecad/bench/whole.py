@@ -2,7 +2,7 @@
 
 Ours is `run_build`, as `cablecad build` calls it. The rival is the same function, the same checks and the same
 document, with Open Cascade's sweep in the place of our faces. Open Cascade's own share of writing is taken by the clock
-around its `Transfer`, `SendModel` and `Print`.
+around its `Transfer`, `SendModel` and `Print`, and what is left of `translated` is the freeing of what these made.
 """
 
 from __future__ import annotations
@@ -50,6 +50,7 @@ class CableRow:
     check: float = column("check", "ms", ".2f")
     document: float = column("document", "ms", ".2f")
     translate: float = column("OCC's own writing", "ms", ".2f")
+    free: float = column("OCC's freeing", "ms", ".2f")
     rewrite: float = column("rewriting", "ms", ".2f")
     rest: float = column("rest", "ms", ".2f")
     total: float = column("total", "ms", ".2f")
@@ -100,14 +101,17 @@ def run(effort: Effort, tell: Tell) -> list[Table]:
                     for row in theirs
                 ],
                 Target(
-                    "cable: share of Open Cascade's own transfer + write in what is left", ours.share / 100.0, 0.4, ">="
+                    "cable: share of Open Cascade's own transfer + write, and of freeing its model, in what is left",
+                    ours.share / 100.0,
+                    0.4,
+                    ">=",
                 ),
             ],
             (
                 f"medians of {effort.count(15, 5)} builds of one cable and {effort.count(5, 1)} of {many}, in turn; "
                 "U-shaped cables, 300 to 400 mm long, 4 mm thick; Open Cascade already imported",
-                "OCC's own writing: its transfer to a STEP model, and that model's text; rewriting: the same bytes in "
-                "any process, and to the disk",
+                "OCC's own writing: its transfer to a STEP model, and that model's text; OCC's freeing: of that model; "
+                "rewriting: the same bytes in any process, and to the disk",
                 "tube: the self-gap of the exact curve and of the fit, the fit with its measured deviation, the faces; "
                 "check: BRepCheck, volume, area",
                 "along our fit, 1e-6 mm: the product's method = 'pipe_shell'; along 256 spans: the best one can make "
@@ -149,11 +153,13 @@ def _build(name: str, scene: Scene, path: Path) -> CableRow:
     from OCP.STEPCAFControl import STEPCAFControl_Writer
     from OCP.StepData import StepData_StepWriter
 
+    from cablecad.brep import step
     from cablecad.brep.document import Document
 
     seconds: dict[str, float] = {}
     with (
         _clocked(seconds, "document", Document, "assembled"),
+        _clocked(seconds, "free", step, "translated"),
         _clocked(seconds, "translate", STEPCAFControl_Writer, "Transfer"),
         _clocked(seconds, "translate", StepData_StepWriter, "SendModel"),
         _clocked(seconds, "translate", StepData_StepWriter, "Print"),
@@ -167,7 +173,8 @@ def _build(name: str, scene: Scene, path: Path) -> CableRow:
         for stage in ("solve", "tube", "check"):
             seconds[stage] = seconds.get(stage, 0.0) + outcome.seconds[stage]
     each = {stage: taken / len(scene.cables) * 1e3 for stage, taken in seconds.items()}
-    each["rewrite"] = run.seconds["write"] / len(scene.cables) * 1e3 - each["document"] - each["translate"]
+    each["rewrite"] = run.seconds["write"] / len(scene.cables) * 1e3 - each["document"] - each["free"]
+    each["free"] -= each["translate"]
     total *= 1e3 / len(scene.cables)
     return CableRow(
         method=name,
@@ -175,7 +182,7 @@ def _build(name: str, scene: Scene, path: Path) -> CableRow:
         **each,
         rest=total - sum(each.values()),
         total=total,
-        share=100.0 * each["translate"] / total,
+        share=100.0 * (each["translate"] + each["free"]) / total,
         bytes=path.stat().st_size // len(scene.cables),
     )
 

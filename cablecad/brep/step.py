@@ -78,6 +78,8 @@ _WRITE: dict[str, str | int] = {
 
 _REEXPORT = "open it in the CAD package it came from and export it again as STEP AP214 or AP242"
 
+_SHAPES = "check the solids; a shape that is not valid cannot be written"
+
 _STATUS = {
     IFSelect_ReturnStatus.IFSelect_RetVoid: "nothing in it",
     IFSelect_ReturnStatus.IFSelect_RetError: "an error of its own",
@@ -276,27 +278,37 @@ def step_text(
 ) -> bytes:
     """What `write_step` writes, as bytes."""
     header = _header(name, version)
-    remedy = "check the solids; a shape that is not valid cannot be written"
-    with silence(), occ_errors(ExchangeError, f"writing {name!r}", remedy), interface_settings(_WRITE):
-        document = Document.assembled(name, parts, cables)
-        writer = STEPCAFControl_Writer()
-        writer.SetColorMode(True)
-        writer.SetNameMode(True)
-        writer.SetLayerMode(True)
-        writer.SetPropsMode(False)
-        writer.SetDimTolMode(False)
-        writer.SetMaterialMode(False)
-        if not writer.Transfer(document.handle, STEPControl_StepModelType.STEPControl_AsIs):
-            raise ExchangeError(f"Open Cascade cannot write {name!r}: a shape of it could not be translated; {remedy}")
-        model = writer.ChangeWriter().Model()
-        # Not the writer's own WriteStream: that keeps 13 digits of each real.
-        text = StepData_StepWriter(model)
-        text.FloatWriter().SetFormat(REAL_FORMAT, True)
-        text.SendModel(cast(StepData_Protocol, model.Protocol()))
-        stream = io.BytesIO()
-        if not text.Print(stream):
-            raise ExchangeError(f"Open Cascade cannot put {name!r} into text; is there enough memory?")
-    return canonical(stream.getvalue(), header)
+    with silence(), occ_errors(ExchangeError, f"writing {name!r}", _SHAPES), interface_settings(_WRITE):
+        text = translated(Document.assembled(name, parts, cables))
+    return canonical(text, header)
+
+
+def translated(document: Document) -> bytes:
+    """What Open Cascade writes of a document, under the settings that hold.
+
+    Raises:
+        ExchangeError: A shape could not be translated, or memory ran out.
+    """
+    writer = STEPCAFControl_Writer()
+    writer.SetColorMode(True)
+    writer.SetNameMode(True)
+    writer.SetLayerMode(True)
+    writer.SetPropsMode(False)
+    writer.SetDimTolMode(False)
+    writer.SetMaterialMode(False)
+    if not writer.Transfer(document.handle, STEPControl_StepModelType.STEPControl_AsIs):
+        raise ExchangeError(
+            f"Open Cascade cannot write {document.name!r}: a shape of it could not be translated; {_SHAPES}"
+        )
+    model = writer.ChangeWriter().Model()
+    # Not the writer's own WriteStream: that keeps 13 digits of each real.
+    text = StepData_StepWriter(model)
+    text.FloatWriter().SetFormat(REAL_FORMAT, True)
+    text.SendModel(cast(StepData_Protocol, model.Protocol()))
+    stream = io.BytesIO()
+    if not text.Print(stream):
+        raise ExchangeError(f"Open Cascade cannot put {document.name!r} into text; is there enough memory?")
+    return stream.getvalue()
 
 
 def _header(name: str, version: str | None) -> bytes:

@@ -9,7 +9,10 @@ Source: Open Cascade, BinTools_SurfaceSet: little-endian, a digit for each pair 
 from __future__ import annotations
 
 import io
-from typing import NamedTuple, cast
+from dataclasses import dataclass
+from functools import cached_property
+from struct import Struct
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,13 +23,12 @@ from cablecad.centreline import Array
 
 _BSPLINE = 9  # of the format's kinds of surfaces
 
-_HEAD = np.dtype(
-    [("kind", "u1"), ("rational", "?", 2), ("periodic", "?", 2), ("degrees", "<i2", 2), ("counts", "<i4", 4)]
-)
+_HEAD = Struct("<B4?2h4i")  # kind; rational, periodic; degrees; counts of poles and of knots
 _KNOT = np.dtype([("knot", "<f8"), ("multiplicity", "<i4")])
 
 
-class KnotVector(NamedTuple):
+@dataclass(frozen=True)
+class KnotVector:
     """The knots of one parameter.
 
     Attributes:
@@ -39,11 +41,12 @@ class KnotVector(NamedTuple):
     knots: ArrayLike
     multiplicities: ArrayLike
 
-    def packed(self) -> np.ndarray[tuple[int], np.dtype[np.void]]:
+    @cached_property
+    def packed(self) -> bytes:
         """In the format's order."""
         packed = np.empty(len(np.asarray(self.knots)), _KNOT)
         packed["knot"], packed["multiplicity"] = self.knots, self.multiplicities
-        return packed
+        return packed.tobytes()
 
 
 def bspline_surface(poles: Array, weights: ArrayLike, u: KnotVector, v: KnotVector) -> Geom_BSplineSurface:
@@ -56,13 +59,10 @@ def bspline_surface(poles: Array, weights: ArrayLike, u: KnotVector, v: KnotVect
         v: The knots along the columns.
     """
     rows, columns, _ = poles.shape
-    around, along = u.packed(), v.packed()
-    head = np.zeros((), _HEAD)
-    head["kind"], head["rational"] = _BSPLINE, True
-    head["degrees"], head["counts"] = (u.degree, v.degree), (rows, columns, len(around), len(along))
+    knots = (len(one.packed) // _KNOT.itemsize for one in (u, v))
+    head = _HEAD.pack(_BSPLINE, True, True, False, False, u.degree, v.degree, rows, columns, *knots)
     body = np.empty((rows, columns, 4), "<f8")
     body[:, :, :3], body[:, :, 3] = poles, weights
     surfaces = BinTools_SurfaceSet()
-    parts = (head, body, around, along)
-    surfaces.Read(io.BytesIO(b"Surfaces 1\n" + b"".join(part.tobytes() for part in parts)))
+    surfaces.Read(io.BytesIO(b"".join((b"Surfaces 1\n", head, body.tobytes(), u.packed, v.packed))))
     return cast(Geom_BSplineSurface, surfaces.Surface(1))

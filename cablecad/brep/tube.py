@@ -12,13 +12,12 @@ Source: for the circle, J. J. Chou, Higher order Bezier circles, Computer-Aided 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal, cast, get_args
+from typing import Literal, NamedTuple, cast, get_args
 
 import numpy as np
 from numpy.typing import NDArray
-from OCP.BRep import BRep_Builder
+from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeWire
 from OCP.BRepOffsetAPI import BRepOffsetAPI_MakePipeShell
 from OCP.Geom import (
@@ -110,11 +109,16 @@ def build_tube(fit: FittedCentreline, radius: float, *, method: Method = "direct
 # --- the direct construction --------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class _Station:
-    """The circle at an end of a piece: its frame (rows: position, tangent, normal, shape (3, 3)), vertex and edge."""
+class _Station(NamedTuple):
+    """The circle at an end of a piece, running from the normal towards the binormal.
 
-    frame: Array
+    Attributes:
+        axes: Its middle, the tangent and the normal.
+        vertex: Where it begins and ends.
+        circle: The edge.
+    """
+
+    axes: gp_Ax3
     vertex: TopoDS_Vertex
     circle: TopoDS_Edge
 
@@ -149,17 +153,17 @@ def _end_frames(piece: Line | FittedPiece) -> tuple[Array, Array]:
 
 
 def _station(builder: BRep_Builder, frame: Array, radius: float, tolerance: float) -> _Station:
-    """The vertex and the true circle at an end, running from the normal towards the binormal."""
-    position, tangent, normal = frame
+    """The station with a frame: position, tangent and normal, shape (3, 3)."""
+    position, tangent, normal = frame.tolist()
+    axes = gp_Ax3(gp_Pnt(*position), gp_Dir(*tangent), gp_Dir(*normal))
     vertex = TopoDS_Vertex()
-    builder.MakeVertex(vertex, _point(position + radius * normal), tolerance)
+    builder.MakeVertex(vertex, gp_Pnt(*(p + radius * n for p, n in zip(position, normal, strict=True))), tolerance)
     edge = TopoDS_Edge()
-    axes = gp_Ax2(_point(position), _direction(tangent), _direction(normal))
-    builder.MakeEdge(edge, Geom_Circle(axes, radius), tolerance)
+    builder.MakeEdge(edge, Geom_Circle(axes.Ax2(), radius), tolerance)
     builder.Add(edge, vertex.Oriented(_FORWARD))
     builder.Add(edge, vertex.Oriented(_REVERSED))
     builder.Range(edge, 0.0, 2.0 * math.pi)
-    return _Station(frame, vertex, edge)
+    return _Station(axes, vertex, edge)
 
 
 def _side(
@@ -172,10 +176,8 @@ def _side(
 ) -> TopoDS_Face:
     """The side face of one piece: around it u from 0 to `turn`, along it v from 0 to `top`."""
     if isinstance(piece, Line):
-        position, tangent, normal = start.frame
-        axes = gp_Ax3(_point(position), _direction(tangent), _direction(normal))
-        surface: Geom_Surface = Geom_CylindricalSurface(axes, radius)
-        seam_curve: Geom_Curve = Geom_Line(_point(position + radius * normal), _direction(tangent))
+        surface: Geom_Surface = Geom_CylindricalSurface(start.axes, radius)
+        seam_curve: Geom_Curve = Geom_Line(BRep_Tool.Pnt_s(start.vertex), start.axes.Direction())
         turn, top = 2.0 * math.pi, piece.length
     else:
         surface, seam_curve = _spline_side(piece, radius)
@@ -220,10 +222,8 @@ def _spline_side(piece: FittedPiece, radius: float) -> tuple[Geom_Surface, Geom_
 
 def _cap(builder: BRep_Builder, station: _Station, radius: float, tolerance: float, *, at_end: bool) -> TopoDS_Face:
     """The plane at an end, bounded by the true circle; reversed at the start, where the tangent points inward."""
-    position, tangent, normal = station.frame
     face = TopoDS_Face()
-    plane = Geom_Plane(gp_Ax3(_point(position), _direction(tangent), _direction(normal)))
-    builder.MakeFace(face, plane, TopLoc_Location(), tolerance)
+    builder.MakeFace(face, Geom_Plane(station.axes), TopLoc_Location(), tolerance)
     # Open Cascade would work it out whenever it is asked for.
     builder.UpdateEdge(station.circle, Geom2d_Circle(gp_Ax22d(), radius), face, tolerance)
     wire = TopoDS_Wire()

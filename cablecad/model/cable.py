@@ -121,7 +121,7 @@ class Cable(Checked):
     @property
     def section(self) -> Section:
         """The cross-section."""
-        return Section(self.diameter)
+        return Section._trusted(diameter=self.diameter)
 
     @property
     def start_support(self) -> Clamp | Pin:
@@ -136,7 +136,7 @@ class Cable(Checked):
     @property
     def is_pinned(self) -> bool:
         """Whether both ends are free to turn: the cable of the paper."""
-        return isinstance(self.start_support, Pin) and isinstance(self.end_support, Pin | Toward)
+        return not _is_held(self.start, self.end)
 
 
 def cable_mistakes(given: Mapping[str, object], unreadable: Collection[str] = ()) -> Iterator[Mistake]:
@@ -207,7 +207,7 @@ def _need_mistakes(known: Mapping[str, object], present: Set[str]) -> Iterator[M
     diameter, material = known.get("diameter"), known.get("material")
     if isinstance(material, Material) and isinstance(diameter, int | float):
         yield from stiffness_mistakes(material, diameter)
-    if "force" in known and "material" not in present and not _is_held(known):
+    if "force" in known and "material" not in present and not _is_held(known.get("start"), known.get("end")):
         yield Mistake("force", "needs a material with a bending stiffness", known["force"])
 
 
@@ -216,7 +216,7 @@ def _end_mistakes(known: Mapping[str, object], present: Set[str]) -> Iterator[Mi
     end = known.get("end")
     data = [key for key in LENGTH_DATA if key in present]
     shortest = known.get("length") == "shortest"
-    if _is_held(known):
+    if _is_held(known.get("start"), known.get("end")):
         for key in PINNED_DATA:
             if key in known:
                 yield Mistake(key, "is for a cable pinned at both ends; here an end has an axis", known[key])
@@ -244,9 +244,8 @@ def _end_mistakes(known: Mapping[str, object], present: Set[str]) -> Iterator[Mi
             yield Mistake("length", "is missing; give length, slack, force, angle_deg, rise or bend_radius")
 
 
-def _is_held(known: Mapping[str, object]) -> bool:
-    """Whether an end of a cable has an axis, so that the cable is not pinned at both ends."""
-    ends = (known.get("start"), known.get("end"))
+def _is_held(*ends: object) -> bool:
+    """Whether one of a cable's ends has an axis, so that the cable is not pinned at both; of a part's port it may."""
     return any(isinstance(end, Clamp | PartPort) or (isinstance(end, Port) and end.outward is not None) for end in ends)
 
 

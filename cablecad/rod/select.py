@@ -13,7 +13,7 @@ import numpy as np
 
 from cablecad.centreline import Array
 from cablecad.errors import InfeasibleError
-from cablecad.model import PINNED_DATA, Cable, Clamp, Toward
+from cablecad.model import PINNED_DATA, Cable, Clamp, Pin, Toward
 from cablecad.rod.plane import unit_vector
 from cablecad.rod.solution import ModelName
 
@@ -41,7 +41,7 @@ def select_model(cable: Cable) -> Selection:
     chord = np.array(end.position) - np.array(start.position)
     distance = float(np.linalg.norm(chord))
     if isinstance(cable.length, int | float) and cable.slack is None:
-        rounding = 4.0 * np.finfo(float).eps * (cable.length + _reach(cable))
+        rounding = 4.0 * np.finfo(float).eps * (cable.length + _reach(start, end))
         if cable.length < distance - rounding:
             raise InfeasibleError(
                 f"length {cable.length:.12g} mm is {distance - cable.length:.6g} mm less than the distance of the "
@@ -59,10 +59,9 @@ def select_model(cable: Cable) -> Selection:
     return Selection("planar", "the ends lie in one plane: planar elastica")
 
 
-def _reach(cable: Cable) -> float:
+def _reach(start: Clamp | Pin, end: Clamp | Pin) -> float:
     """The largest coordinate of the ends [mm]: what their rounding goes with."""
-    supports = (cable.start_support, cable.end_support)
-    return max(abs(part) for support in supports if not isinstance(support, Toward) for part in support.position)
+    return max(abs(part) for support in (start, end) for part in support.position)
 
 
 def _straight(cable: Cable, axis: Array, distance: float) -> Selection:

@@ -29,12 +29,12 @@ def test_stages_have_names_of_their_own_and_modules_that_run():
 @pytest.mark.parametrize("method", whole.METHODS)
 def test_the_stages_of_a_cable_add_up_to_its_total(method, tmp_path):
     row = whole._build(method, whole.loom(2), tmp_path / "loom.step")
-    parts = ("solve", "tube", "check", "document", "translate", "rewrite", "rest")
+    parts = ("solve", "tube", "check", "document", "translate", "free", "rewrite", "rest")
     assert sum(getattr(row, part) for part in parts) == pytest.approx(row.total, rel=1e-9)
     assert all(getattr(row, part) > 0.0 for part in parts[:-1])
     assert row.rest > -0.05 * row.total
     assert row.bytes == (tmp_path / "loom.step").stat().st_size // 2
-    assert row.share == pytest.approx(100.0 * row.translate / row.total)
+    assert row.share == pytest.approx(100.0 * (row.translate + row.free) / row.total)
 
 
 def test_the_rivals_sweep_and_leave_the_pipeline_as_it_was(tmp_path):
