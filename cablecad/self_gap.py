@@ -311,11 +311,16 @@ class _Search:
             scale = determinant**2 + damping * size
             ds = (determinant * (g_t * f - f_t * g) + damping * (f_s * f + g_s * g)) / scale
             dt = (determinant * (f_s * g - g_s * f) + damping * (f_t * f + g_t * g)) / scale
+            # A step that leads to more than is known already leads to nothing.
+            farther = distance**2 - (f * ds - g * dt) > self.distance[curve] ** 2
+            going = ~(normal | (farther & (np.maximum(np.abs(ds), np.abs(dt)) <= widest)))
+            if not going.any():
+                break
             s, t = (
-                np.where(fixed, at, _between(at - _between(way, -widest, widest), 0.0, lengths))[~normal]
+                np.where(fixed, at, _between(at - _between(way, -widest, widest), 0.0, lengths))[going]
                 for fixed, at, way in ((s_fixed, s, ds), (t_fixed, t, dt))
             )
-            curve = curve[~normal]
+            curve = curve[going]
         curves, distances = zip(*found, strict=True)
         return np.concatenate(curves), np.concatenate(distances)
 

@@ -32,7 +32,7 @@ from cablecad.self_gap import (
 )
 
 _FEWEST = 3
-"""So many equilibria are measured together, fewer one by one."""
+"""So many equilibria are judged together, fewer one by one."""
 
 _BLOCK = 512
 """Equilibria searched at once: 200 MB."""
@@ -45,7 +45,7 @@ or of the curvature, too high at most. Three times as many took a twentieth long
 def measure_gaps(equilibria: Iterable[Equilibrium]) -> None:
     """Find the self-gaps of equilibria, which then have them at hand."""
     plain = [(one, trace) for one in equilibria if (trace := _plain_trace(one)) is not None]
-    if len(plain) < _FEWEST:
+    if not plain:
         return
     traces = [trace for _, trace in plain]
     rows = gathered(traces)

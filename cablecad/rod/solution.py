@@ -125,6 +125,12 @@ class Equilibrium:
     @cached_property
     def self_gap(self) -> float | None:
         """Room between parts of the cable's side that face each other [mm]; None where none do."""
+        from cablecad.rod.room import measure_gaps  # which knows equilibria
+
+        measure_gaps([self])  # in its plane, in three quarters of the time
+        if "self_gap" in self.__dict__:
+            gap: float | None = self.__dict__["self_gap"]
+            return gap
         return self_gap(self.centreline, self.diameter / 2.0)
 
 

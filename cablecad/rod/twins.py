@@ -34,7 +34,8 @@ def first_twins(traces: Sequence[Trace], rows: Equilibria) -> NDArray[np.intp]:
     """
     spans = [trace.span for trace in traces]
     same_span = np.array([one is other for one, other in zip(spans[1:], spans, strict=False)], dtype=bool)
-    turnable = np.array([span.lead_out == span.lead_in for span in spans[1:]]) & (rows.held[1:, 0] == rows.held[1:, 1])
+    even = np.array([span.lead_out == span.lead_in for span in spans[1:]], dtype=bool)
+    turnable = even & (rows.held[1:, 0] == rows.held[1:, 1])
     turned = _differ(rows.lean * rows.kappa > 0.0)
     ends = np.abs(np.stack([rows.kappa0, rows.kappa1]))
     swapped = np.where(turned, ends[::-1, :-1], ends[:, :-1])

@@ -98,11 +98,15 @@ def test_the_least_bend_radius_is_known_without_drawing(solved: list[RodSolution
             assert one.bend_radius_min == pytest.approx(1.0 / drawn, rel=1e-9)
 
 
-def test_few_are_left_to_themselves() -> None:
-    (solution,) = solve_many(cables(1, 9))
-    assert isinstance(solution, RodSolution)
-    measure_gaps(solution.equilibria[:1])
-    assert "self_gap" not in solution.equilibria[0].__dict__
+def test_a_single_one_is_measured_in_its_plane() -> None:
+    for solution in solve_many(cables(20, 9)):
+        assert isinstance(solution, RodSolution)
+        one = solution.equilibrium
+        assert one.trace is not None
+        gap = one.self_gap
+        assert ("shape" in one.__dict__) == one.trace.is_taut  # else nothing is drawn for it
+        alone = self_gap(one.centreline, one.diameter / 2.0)
+        assert gap == (None if alone is None else pytest.approx(alone, abs=1e-9 * 100.0))
 
 
 def test_a_long_loop_is_judged_on_panels() -> None:
