@@ -28,6 +28,8 @@ _VOLUME_TOLERANCE, _CHECK_TOLERANCE = 1e-9, 1e-6
 """Relative tolerances of Open Cascade's adaptive integration: of a volume that is asked for, and of a check, which
 allows more than that. Its integration without one is off by up to 17 % on sides that are not smooth around."""
 
+_REMEDY = "try another tolerance or report the scene"
+
 
 @dataclass(frozen=True)
 class SolidCheck:
@@ -80,7 +82,7 @@ def check_solid(solid: TopoDS_Shape, *, radius: float, length: float, known_vali
     Raises:
         GeometryError: Open Cascade failed at measuring.
     """
-    with silence(), occ_errors(GeometryError, "measuring the solid", "try another tolerance or report the scene"):
+    with silence(), occ_errors(GeometryError, "measuring the solid", _REMEDY):
         valid = known_valid or bool(BRepCheck_Analyzer(solid).IsValid())
         volume, area_properties = volume_of(solid, _CHECK_TOLERANCE), GProp_GProps()
         BRepGProp.SurfaceProperties_s(solid, area_properties, _CHECK_TOLERANCE, False)
@@ -104,10 +106,11 @@ def check_tube(
     Raises:
         GeometryError: Open Cascade failed at checking.
     """
-    with silence(), occ_errors(GeometryError, "checking the solid", "try another tolerance or report the scene"):
-        valid = known_valid or bool(BRepCheck_Analyzer(solid).IsValid())
-        faces = len(subshapes(solid, TopAbs_ShapeEnum.TopAbs_FACE))
-    return _certificate(valid, faces, measured or measure_tube(fit, radius), radius, fit.length)
+    if not known_valid:
+        with silence(), occ_errors(GeometryError, "checking the solid", _REMEDY):
+            known_valid = bool(BRepCheck_Analyzer(solid).IsValid())
+    faces = len(subshapes(solid, TopAbs_ShapeEnum.TopAbs_FACE))
+    return _certificate(known_valid, faces, measured or measure_tube(fit, radius), radius, fit.length)
 
 
 def _certificate(valid: bool, faces: int, measured: tuple[float, float], radius: float, length: float) -> SolidCheck:
