@@ -1,7 +1,8 @@
 """From a fitted centreline to a solid: the tube's faces built directly, without Open Cascade's sweeps.
 
-A side face is the piece's spline of (position, normal, binormal) times an exact rational circle of eight poles; a
-straight piece's is a true cylinder. The circles at the caps and between pieces are true circles, so other CAD finds the
+A side face is the piece's spline of (position, normal, binormal) times an exact rational circle of eight poles, which
+are rounded to decimals that nobody can measure: as text they take three quarters of the room. A straight piece's is a
+true cylinder. The circles at the caps and between pieces are true circles, so other CAD finds the
 connector's axis; on a spline side they need a parameter curve, u(angle), which is the same for every tube.
 `method="pipe_shell"` hands the spine to Open Cascade's sweep instead: an independent oracle, slower, for tests and for
 the report of speed against error.
@@ -76,6 +77,9 @@ _CIRCLE_DEGREES = 5, 17
 """Least and greatest degree of a parameter curve; a higher one would be rounded away in Open Cascade, which evaluates
 it by its powers."""
 
+_WHOLE = 2.0**52
+"""Doubles below this have all whole numbers, and the halves between them."""
+
 _EDGE_TOLERANCE = 1e-7
 """Open Cascade's own confusion distance [mm]; never less, more only where coordinates are so large that they round."""
 
@@ -132,8 +136,9 @@ def _direct(fit: FittedCentreline, radius: float) -> TopoDS_Solid:
     stations = [_station(builder, corner, radius, tolerance) for corner in corners]
     shell = TopoDS_Shell()
     builder.MakeShell(shell)
+    decimals = _decimals(fit.tolerance)
     for piece, start, end in zip(fit.pieces, stations, stations[1:], strict=False):
-        builder.Add(shell, _side(builder, piece, start, end, radius, tolerance))
+        builder.Add(shell, _side(builder, piece, start, end, radius, decimals, tolerance))
     builder.Add(shell, _cap(builder, stations[0], radius, tolerance, at_end=False))
     builder.Add(shell, _cap(builder, stations[-1], radius, tolerance, at_end=True))
     shell.Closed(True)
@@ -172,6 +177,7 @@ def _side(
     start: _Station,
     end: _Station,
     radius: float,
+    decimals: int,
     tolerance: float,
 ) -> TopoDS_Face:
     """The side face of one piece: around it u from 0 to `turn`, along it v from 0 to `top`."""
@@ -180,7 +186,7 @@ def _side(
         seam_curve: Geom_Curve = Geom_Line(BRep_Tool.Pnt_s(start.vertex), start.axes.Direction())
         turn, top = 2.0 * math.pi, piece.length
     else:
-        surface, seam_curve = _spline_side(piece, radius)
+        surface, seam_curve = _spline_side(piece, radius, decimals)
         turn, top = 1.0, 1.0
     face = TopoDS_Face()
     builder.MakeFace(face, surface, TopLoc_Location(), tolerance)
@@ -210,14 +216,25 @@ def _side(
     return face
 
 
-def _spline_side(piece: FittedPiece, radius: float) -> tuple[Geom_Surface, Geom_Curve]:
+def _spline_side(piece: FittedPiece, radius: float, decimals: int) -> tuple[Geom_Surface, Geom_Curve]:
     """The surface spline times circle, and its seam at u = 0."""
     position, normal, binormal = piece.poles[:, 0:3], piece.poles[:, 3:6], piece.poles[:, 6:9]
     a, b = radius * _CIRCLE_POLES[:, 0, None, None], radius * _CIRCLE_POLES[:, 1, None, None]
-    poles = position + a * normal + b * binormal  # (8, spans + 9, 3)
+    poles = _rounded(position + a * normal + b * binormal, decimals)  # (8, spans + 9, 3)
     along = KnotVector(DEGREE, piece.knots, _clamped_multiplicities(len(piece.knots), DEGREE))
     surface = bspline_surface(poles, _CIRCLE_WEIGHTS, _CIRCLE_KNOTS, along)
     return surface, surface.UIso(0.0)
+
+
+def _decimals(tolerance: float) -> int:
+    """Decimals of poles [mm], which move a side by a hundred-thousandth of its tolerance at most, and by 1e-9 mm."""
+    return max(9, math.ceil(5.0 - math.log10(tolerance) - 1e-9))
+
+
+def _rounded(poles: Array, decimals: int) -> Array:
+    """Poles to so many decimals, or as they are where doubles have no room for them."""
+    scale = 10.0**decimals
+    return np.rint(poles * scale) / scale if float(np.abs(poles).max()) * scale < _WHOLE else poles
 
 
 def _cap(builder: BRep_Builder, station: _Station, radius: float, tolerance: float, *, at_end: bool) -> TopoDS_Face:

@@ -216,6 +216,26 @@ def test_side_keeps_the_tolerance(name: str) -> None:
         assert np.abs(np.einsum("vui,vi->vu", off, exact.tangent)).max() < room
 
 
+@pytest.mark.parametrize(
+    ("tolerance", "length", "decimals"),
+    [(1e-2, 350.0, 9), (1e-3, 350.0, 9), (1e-6, 350.0, 11), (1e-9, 35.0, 14), (1e-9, 3500.0, None), (1e-3, 1e7, None)],
+)
+def test_poles_have_no_more_decimals_than_matter(tolerance: float, length: float, decimals: int | None) -> None:
+    """And where doubles have no room for so many they are left alone."""
+    curve, radius = arch(0.6, length, mode=2), length / 100.0
+    fit = fit_centreline(curve, radius, tolerance=max(tolerance, 1e-13 * length))
+    surface = TopoDS.Face(subshapes(build_tube(fit, radius), FACE)[0])
+    spline = BRepAdaptor_Surface(surface).BSpline()
+    places = [(i, j) for i in range(1, spline.NbUPoles() + 1) for j in range(1, spline.NbVPoles() + 1)]
+    poles = np.array([xyz(spline.Pole(i, j)) for i, j in places])
+    texts = [repr(x) for x in poles.ravel().tolist()]
+    if decimals is None:
+        assert np.mean([len(text) > 16 for text in texts]) > 0.5
+    else:
+        assert all(round(x, decimals) == x for x in poles.ravel().tolist())
+        assert np.mean([len(text.partition(".")[2]) == decimals for text in texts]) > 0.5
+
+
 @pytest.mark.parametrize("name", CASES)
 def test_seams_begin_at_the_normal(name: str) -> None:
     """Face after face the seam runs on from the same vertex, at the normal of the frame."""
