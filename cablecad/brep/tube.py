@@ -53,7 +53,8 @@ from cablecad.errors import GeometryError, UsageError
 
 Method = Literal["direct", "pipe_shell"]
 
-_FORWARD, _REVERSED = TopAbs_Orientation.TopAbs_FORWARD, TopAbs_Orientation.TopAbs_REVERSED
+_HERE = TopLoc_Location()
+_REVERSED = TopAbs_Orientation.TopAbs_REVERSED  # what is not, is forward
 
 # The unit circle as one rational curve of degree five, the least with positive weights: as smooth around as along, as
 # Open Cascade's offsets want it; three quadratic arcs are no more than C0 to it. Two knots bring the poles, else up to
@@ -165,7 +166,7 @@ def _station(builder: BRep_Builder, frame: Array, radius: float, tolerance: floa
     builder.MakeVertex(vertex, gp_Pnt(*(p + radius * n for p, n in zip(position, normal, strict=True))), tolerance)
     edge = TopoDS_Edge()
     builder.MakeEdge(edge, Geom_Circle(axes.Ax2(), radius), tolerance)
-    builder.Add(edge, vertex.Oriented(_FORWARD))
+    builder.Add(edge, vertex)
     builder.Add(edge, vertex.Oriented(_REVERSED))
     builder.Range(edge, 0.0, 2.0 * math.pi)
     return _Station(axes, vertex, edge)
@@ -189,10 +190,10 @@ def _side(
         surface, seam_curve = _spline_side(piece, radius, decimals)
         turn, top = 1.0, 1.0
     face = TopoDS_Face()
-    builder.MakeFace(face, surface, TopLoc_Location(), tolerance)
+    builder.MakeFace(face, surface, _HERE, tolerance)
     seam = TopoDS_Edge()
     builder.MakeEdge(seam, seam_curve, tolerance)
-    builder.Add(seam, start.vertex.Oriented(_FORWARD))
+    builder.Add(seam, start.vertex)
     builder.Add(seam, end.vertex.Oriented(_REVERSED))
     builder.Range(seam, 0.0, top)
     builder.UpdateEdge(seam, _line2d(turn, 0.0, 0.0, 1.0), _line2d(0.0, 0.0, 0.0, 1.0), face, tolerance)
@@ -207,8 +208,8 @@ def _side(
     wire = TopoDS_Wire()
     builder.MakeWire(wire)
     # Counterclockwise in (u, v): along the start, up the seam, back along the end, down the seam.
-    builder.Add(wire, start.circle.Oriented(_FORWARD))
-    builder.Add(wire, seam.Oriented(_FORWARD))
+    builder.Add(wire, start.circle)
+    builder.Add(wire, seam)
     builder.Add(wire, end.circle.Oriented(_REVERSED))
     builder.Add(wire, seam.Oriented(_REVERSED))
     wire.Closed(True)
@@ -240,15 +241,15 @@ def _rounded(poles: Array, decimals: int) -> Array:
 def _cap(builder: BRep_Builder, station: _Station, radius: float, tolerance: float, *, at_end: bool) -> TopoDS_Face:
     """The plane at an end, bounded by the true circle; reversed at the start, where the tangent points inward."""
     face = TopoDS_Face()
-    builder.MakeFace(face, Geom_Plane(station.axes), TopLoc_Location(), tolerance)
+    builder.MakeFace(face, Geom_Plane(station.axes), _HERE, tolerance)
     # Open Cascade would work it out whenever it is asked for.
     builder.UpdateEdge(station.circle, Geom2d_Circle(gp_Ax22d(), radius), face, tolerance)
     wire = TopoDS_Wire()
     builder.MakeWire(wire)
-    builder.Add(wire, station.circle.Oriented(_FORWARD))
+    builder.Add(wire, station.circle)
     wire.Closed(True)
     builder.Add(face, wire)
-    return TopoDS.Face(face.Oriented(_FORWARD if at_end else _REVERSED))
+    return face if at_end else TopoDS.Face(face.Oriented(_REVERSED))
 
 
 @lru_cache(maxsize=16)
