@@ -15,7 +15,7 @@ import numpy as np
 from cablecad.rod.course import Courses, courses
 from cablecad.rod.flow import Jump, jump
 from cablecad.rod.midpoint import Held, State, refine
-from cablecad.rod.ritz import Ritz, blocks, respond, solve
+from cablecad.rod.ritz import Ritz, blocks, gap, respond, solve
 from cablecad.rod.taut import SEED, wrap
 from cablecad.rod.trial import Array
 
@@ -129,9 +129,9 @@ def response(space: Ritz, z: Array, force: Array) -> Array:
 
 def _response_of(space: Ritz, z: Array, force: Array) -> Array:
     """`response` for one block."""
-    system, tension = respond(space, z, force)
+    sine, cosine, _ = gap(space, z, np.zeros(len(z)))
+    system, tension = respond(space, force, sine, cosine)
     d = len(space.free)
-    sine, cosine = np.sin(z @ space.functions.T), np.cos(z @ space.functions.T)
     right = np.zeros((len(z), d + 2, 4))
     right[:, d, 0] = right[:, d + 1, 1] = 1.0
     extra = np.zeros((2, space.functions.shape[1]))

@@ -318,18 +318,23 @@ def _eliminate(form: Array, right: Array) -> tuple[Array, Array]:
     return answer.T, least
 
 
-def respond(space: Ritz, z: Array, force: Array) -> tuple[Array, Array]:
-    """The equations of a small change of an elastica, factored for all right sides one may ask for.
+def respond(space: Ritz, force: Array, sine: Array, cosine: Array) -> tuple[Array, Array]:
+    """The equations of a small change of elastica, for all right sides one may ask for.
+
+    Args:
+        space: The discretisation.
+        force: Shape (n, 2).
+        sine: sin(theta) at the nodes, by `gap`, shape (n, q).
+        cosine: Likewise.
 
     Returns:
         Matrix of the bordered system, shape (n, d + 2, d + 2), for unknowns (free z, n_x, -n_y), and tension n.t at
         the nodes.
     """
     functions = space.functions[:, space.free]
-    sine, cosine, _ = gap(space, z, np.zeros(len(z)))
     tension = force[:, :1] * cosine + force[:, 1:] * sine
     d = len(space.free)
-    system = np.zeros((len(z), d + 2, d + 2))
+    system = np.zeros((len(force), d + 2, d + 2))
     system[:, :d, :d] = hessian(space, tension)
     system[:, d, :d] = (sine * space.weights) @ functions
     system[:, d + 1, :d] = (cosine * space.weights) @ functions
@@ -374,9 +379,9 @@ def _newton_on(
     change = np.full(len(z), np.inf)
     rows, last = np.arange(len(z)), np.full(len(z), np.inf)
     for _ in range(iterations):
-        system, _ = respond(space, z[rows], force[rows])
-        _, _, miss = gap(space, z[rows], excess[rows])
-        lam = force[rows] * np.array([1.0, -1.0])
+        sine, cosine, miss = gap(space, z[rows], excess[rows])
+        system, _ = respond(space, force[rows], sine, cosine)
+        lam = force[rows] * _SIGNS
         slope = (z[rows] @ space.stiffness)[:, space.free] + (lam[:, None, :] @ system[:, d:, :d])[:, 0]
         right = -np.concatenate([slope, miss], axis=1)
         step = solve(system, right[:, :, None])[:, :, 0]
@@ -392,7 +397,7 @@ def _newton_on(
         moved = z[rows]
         moved[:, space.free] += shrink * step[:, :d]
         z[rows] = moved
-        force[rows] += shrink * step[:, d:] * np.array([1.0, -1.0])
+        force[rows] += shrink * step[:, d:] * _SIGNS
         scale = np.minimum(1.0, np.max(np.abs(moved @ space.functions.T), axis=1))
         change[rows] = bend / np.maximum(scale, 1e-300)
         # The next change is the square of this one: 1e-5 leaves less than the modes themselves do, 1e-7 rounding,

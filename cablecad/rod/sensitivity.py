@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from cablecad.errors import UsageError
 from cablecad.rod.equilibria import SHARP_MODES, Equilibria
-from cablecad.rod.ritz import respond, ritz, solve
+from cablecad.rod.ritz import gap, respond, ritz, solve
 from cablecad.rod.taut import Taut
 from cablecad.rod.trial import Array, gauss_legendre, legendre
 
@@ -101,9 +101,9 @@ def _bent(shape: Equilibria, s: Array) -> _Change:
     z, frame = shape.modes, float(shape.frame[0])
     turn = np.array([[np.cos(frame), -np.sin(frame)], [np.sin(frame), np.cos(frame)]])
     # In the frame of the chord, where z is: ends first, then rotate.
-    system, tension = respond(space, z, shape.force @ turn)
+    sine, cosine, _ = gap(space, z, np.zeros(1))
+    system, tension = respond(space, shape.force @ turn, sine, cosine)
     d = len(space.free)
-    sine, cosine = np.sin(z @ space.functions.T), np.cos(z @ space.functions.T)
     right = np.zeros((1, d + 2, 4))
     # d(int 2 sin^2(theta/2)) = -dx, d(int sin) = dy, with (dx, dy) the move seen from the chord.
     right[0, d, :2], right[0, d + 1, :2] = -turn[:, 0], turn[:, 1]
