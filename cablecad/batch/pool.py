@@ -210,8 +210,9 @@ class _Child:
     def __init__(self, preload: Sequence[str]) -> None:
         self.calls = 0
         self._stderr = tempfile.TemporaryFile()  # noqa: SIM115 - closed by end()
-        # Matrices here have some 40 rows: threads of BLAS cost more than they bring.
-        environment = {"OPENBLAS_NUM_THREADS": "1", **os.environ}
+        # Matrices here have some 40 rows: threads of BLAS cost more than they bring. The processors are taken by
+        # workers, so that Open Cascade's checks take one thread each (`brep.check.ONE_THREAD`).
+        environment = {"OPENBLAS_NUM_THREADS": "1", "CABLECAD_ONE_THREAD": "1", **os.environ}
         python = os.fsdecode(multiprocessing.spawn.get_executable() or sys.executable)
         self._process = subprocess.Popen(
             [python, "-c", _CODE, json.dumps(sys.path), *preload],

@@ -41,6 +41,13 @@ def test_calls_return_and_raise_as_here(pool):
     assert pool.submit(sum, range(10)).result() == 45
 
 
+def test_a_worker_takes_one_thread(pool):
+    from cablecad.brep.check import ONE_THREAD
+
+    for name in (ONE_THREAD, "OPENBLAS_NUM_THREADS"):
+        assert pool.submit(os.getenv, name).result() == "1"
+
+
 def test_what_is_printed_is_no_answer(pool):
     assert pool.submit(print, "hello").result() is None
     assert pool.submit(os.system, "echo hello").result() == 0

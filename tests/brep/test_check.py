@@ -13,7 +13,7 @@ from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
 from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopoDS import TopoDS_Shape, TopoDS_Shell, TopoDS_Solid
 
-from cablecad.brep.check import all_valid, check_solid
+from cablecad.brep.check import ONE_THREAD, all_valid, check_solid
 from cablecad.brep.fit import fit_centreline
 from cablecad.brep.kernel import subshapes
 from cablecad.brep.tube import build_tube
@@ -118,7 +118,9 @@ def test_open_solid_is_not_valid() -> None:
     assert check.faces == 2
 
 
-def test_one_of_many_that_is_not_valid_is_found() -> None:
+@pytest.mark.parametrize("threads", ["one", "all"])
+def test_one_of_many_that_is_not_valid_is_found(threads: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(ONE_THREAD, "1" if threads == "one" else "")
     solids: list[TopoDS_Shape] = [solid_of(CURVES[name], 2.0, 1e-3) for name in CURVES]
     assert all_valid(solids)
     assert all_valid(solids[:1])
