@@ -311,7 +311,7 @@ class _Search:
             scale = determinant**2 + damping * size
             ds = (determinant * (g_t * f - f_t * g) + damping * (f_s * f + g_s * g)) / scale
             dt = (determinant * (f_s * g - g_s * f) + damping * (f_t * f + g_t * g)) / scale
-            # A step that leads to more than is known already leads to nothing.
+            # What is predicted to lead to more than is known already is left to the cells.
             farther = distance**2 - (f * ds - g * dt) > self.distance[curve] ** 2
             going = ~(normal | (farther & (np.maximum(np.abs(ds), np.abs(dt)) <= widest)))
             if not going.any():

@@ -35,7 +35,9 @@ def in_sandbox(work: Callable[[], T]) -> T:
         raise SandboxError("not tried: this system cannot fork")
     reading, writing = os.pipe()
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # of forks beside threads: those of BLAS sleep
+        warnings.simplefilter(
+            "ignore", DeprecationWarning
+        )  # of forks beside threads: those of BLAS and Open Cascade sleep
         child = os.fork()
     if child == 0:
         _answer(work, reading, writing)

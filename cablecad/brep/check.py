@@ -1,7 +1,7 @@
 """What a solid is worth: validity, volume, area.
 
-`check_solid` measures any solid by Open Cascade, `check_tube` one of ours by its splines. `all_valid` is for many: Open
-Cascade's check takes half the time on two processors, and three quarters on one.
+`check_solid` measures any solid by Open Cascade, `check_tube` one of ours by its splines. `all_valid` is for many, by a
+thread of Open Cascade's a processor: half the time on two.
 
 None of them sees a tube that cuts into itself: that is for `cablecad.self_gap` to find, on the centreline.
 """
@@ -31,6 +31,9 @@ allows more than that. Its integration without one is off by up to 17 % on sides
 
 ONE_THREAD = "CABLECAD_ONE_THREAD"
 """Set in the environment, to anything, where many processes share the processors: checks then take one thread each."""
+
+_PROCESS = os.getpid()
+"""A process forked from it has none of the threads that Open Cascade counts on, and would wait for them for ever."""
 
 _REMEDY = "try another tolerance or report the scene"
 
@@ -73,7 +76,8 @@ def all_valid(solids: Sequence[TopoDS_Shape]) -> bool:
             builder.MakeCompound(compound)
             for solid in solids:
                 builder.Add(compound, solid)
-            return bool(BRepCheck_Analyzer(compound, True, theIsParallel=not os.environ.get(ONE_THREAD)).IsValid())
+            threads = os.getpid() == _PROCESS and not os.environ.get(ONE_THREAD)
+            return bool(BRepCheck_Analyzer(compound, True, theIsParallel=threads).IsValid())
     except GeometryError:
         return False
 
@@ -110,11 +114,12 @@ def check_tube(
     Raises:
         GeometryError: Open Cascade failed at checking.
     """
-    if not known_valid:
+    valid = known_valid
+    if not valid:
         with silence(), occ_errors(GeometryError, "checking the solid", _REMEDY):
-            known_valid = bool(BRepCheck_Analyzer(solid).IsValid())
+            valid = bool(BRepCheck_Analyzer(solid).IsValid())
     faces = len(subshapes(solid, TopAbs_ShapeEnum.TopAbs_FACE))
-    return _certificate(known_valid, faces, measured or measure_tube(fit, radius), radius, fit.length)
+    return _certificate(valid, faces, measured or measure_tube(fit, radius), radius, fit.length)
 
 
 def _certificate(valid: bool, faces: int, measured: tuple[float, float], radius: float, length: float) -> SolidCheck:

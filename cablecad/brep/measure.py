@@ -32,8 +32,8 @@ _POINTS = 14
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(_POINTS)
 _AT_NODES = powers_of((1.0 + _NODES) / 2.0, DEGREE, 1)
 
-_ANGLES = np.linspace(0.0, 2.0 * math.pi, 4, endpoint=False)
-"""Exact for the side of a tube, r - kappa r^2 cos(phi) for each unit of length and angle."""
+_ANGLES = np.linspace(0.0, 2.0 * math.pi, 8, endpoint=False)
+"""Four do for an exact tube; of a thick one fitted coarsely they leave 3e-6 of the area, eight a tenth of that."""
 
 _BLOCK = 256
 """Spans worked on at once: 2 MB. More are no faster."""

@@ -62,7 +62,7 @@ def reals(values: list[float]) -> list[bytes]:
     """The fewest digits that read back as the same doubles, as ISO 10303-21 wants them: with a point.
 
     Args:
-        values: None below 0.
+        values: Finite, and none below 0.
     """
     if not values:
         return []

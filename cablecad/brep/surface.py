@@ -27,7 +27,7 @@ _HEAD = Struct("<B4?2h4i")  # kind; rational, periodic; degrees; counts of poles
 _KNOT = np.dtype([("knot", "<f8"), ("multiplicity", "<i4")])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class KnotVector:
     """The knots of one parameter.
 

@@ -2,8 +2,9 @@
 
 A side face is the piece's spline of (position, normal, binormal) times an exact rational circle of eight poles, which
 are rounded to decimals that nobody can measure: as text they take three quarters of the room. A straight piece's is a
-true cylinder. The circles at the caps and between pieces are true circles, so other CAD finds the
-connector's axis; on a spline side they need a parameter curve, u(angle), which is the same for every tube.
+true cylinder. The circles at the caps and between pieces are true circles, so other CAD finds the connector's axis; on
+a spline side they need a parameter curve, u(angle), which is the same for every tube.
+
 `method="pipe_shell"` hands the spine to Open Cascade's sweep instead: an independent oracle, slower, for tests and for
 the report of speed against error.
 
@@ -228,14 +229,18 @@ def _spline_side(piece: FittedPiece, radius: float, decimals: int) -> tuple[Geom
 
 
 def _decimals(tolerance: float) -> int:
-    """Decimals of poles [mm], which move a side by a hundred-thousandth of its tolerance at most, and by 1e-9 mm."""
+    """Decimals of poles [mm], which move a side by a hundred-thousandth of its tolerance at most, and by 1e-9 mm.
+
+    A fit keeps a hundredth of its tolerance free.
+    """
     return max(9, math.ceil(5.0 - math.log10(tolerance) - 1e-9))
 
 
 def _rounded(poles: Array, decimals: int) -> Array:
     """Poles to so many decimals, or as they are where doubles have no room for them."""
     scale = 10.0**decimals
-    return np.rint(poles * scale) / scale if float(np.abs(poles).max()) * scale < _WHOLE else poles
+    # Adding zero takes the sign from zeros, which is rounding.
+    return np.rint(poles * scale) / scale + 0.0 if float(np.abs(poles).max()) * scale < _WHOLE else poles
 
 
 def _cap(builder: BRep_Builder, station: _Station, radius: float, tolerance: float, *, at_end: bool) -> TopoDS_Face:

@@ -245,7 +245,7 @@ def _end_mistakes(known: Mapping[str, object], present: Set[str]) -> Iterator[Mi
 
 
 def _is_held(*ends: object) -> bool:
-    """Whether one of a cable's ends has an axis, so that the cable is not pinned at both; of a part's port it may."""
+    """Whether one of a cable's ends has an axis, as any port of a part may: then it is not pinned at both ends."""
     return any(isinstance(end, Clamp | PartPort) or (isinstance(end, Port) and end.outward is not None) for end in ends)
 
 

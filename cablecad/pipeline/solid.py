@@ -39,7 +39,7 @@ _ROOM = 4.0
 _TOGETHER = 128
 """Cables drawn and fitted at once; more are no faster."""
 
-_CHECKED = 128
+_CHECKED = 32
 """Solids checked at once; more are no faster, and who waits for them sees no progress."""
 
 

@@ -28,10 +28,11 @@ from cablecad.self_gap import (
     Indices,
     greatest_between,
     is_measurable,
+    self_gap,
     self_gaps,
 )
 
-_FEWEST = 3
+_FEWEST_JUDGED = 3
 """So many equilibria are judged together, fewer one by one."""
 
 _BLOCK = 512
@@ -54,9 +55,18 @@ def measure_gaps(equilibria: Iterable[Equilibrium]) -> None:
     order = single[np.argsort(np.maximum(rows.omega, rows.kappa_max)[single], kind="stable")]  # alike in their samples
     for low in range(0, len(order), _BLOCK):
         own = order[low : low + _BLOCK]
-        _measure_gaps([plain[i] for i in own], rows.take(own))
+        some = [plain[i] for i in own]
+        for (one, _), gap in zip(some, _gaps(some, rows.take(own)), strict=True):
+            one.__dict__["self_gap"] = gap
     for (one, _), twin in zip(plain, first.tolist(), strict=True):
         one.__dict__["self_gap"] = plain[twin][0].self_gap
+
+
+def gap_of(one: Equilibrium) -> float | None:
+    """The self-gap of a single equilibrium; in its plane where it may be, in three quarters of the time."""
+    if one.trace is None or one.trace.is_taut:
+        return self_gap(one.centreline, one.diameter / 2.0)
+    return _gaps([(one, one.trace)], one.trace.row)[0]
 
 
 def judge_together(equilibria: Iterable[Equilibrium]) -> None:
@@ -66,7 +76,7 @@ def judge_together(equilibria: Iterable[Equilibrium]) -> None:
         for one in equilibria
         if one.trace is not None and not isinstance(one.__dict__.get("stability"), Stability)
     ]
-    if len(asked) < _FEWEST:
+    if len(asked) < _FEWEST_JUDGED:
         return
     traces = [trace for _, trace in asked]
     rows = gathered(traces)
@@ -96,7 +106,8 @@ def _plain_trace(one: Equilibrium) -> Trace | None:
     return None if trace is None or "self_gap" in one.__dict__ or trace.is_taut else trace
 
 
-def _measure_gaps(some: list[tuple[Equilibrium, Trace]], rows: Equilibria) -> None:
+def _gaps(some: list[tuple[Equilibrium, Trace]], rows: Equilibria) -> list[float | None]:
+    """Self-gaps of equilibria of one elastica each, searched together."""
     spans = [trace.span for _, trace in some]
     free = np.array([span.length for span in spans])
     straights = np.array([[span.lead_out, span.lead_in] for span in spans]) / free[:, None]
@@ -107,8 +118,7 @@ def _measure_gaps(some: list[tuple[Equilibrium, Trace]], rows: Equilibria) -> No
     if good.any():
         rods = _Rods(rows.take(np.flatnonzero(good)), straights[good])
         gaps[good] = self_gaps(rods, radii[good]) * free[good]
-    for (one, _), gap, known in zip(some, gaps.tolist(), good.tolist(), strict=True):
-        one.__dict__["self_gap"] = gap if known else None
+    return [gap if known else None for gap, known in zip(gaps.tolist(), good.tolist(), strict=True)]
 
 
 class _Rods:

@@ -15,7 +15,6 @@ from cablecad.errors import Mistake, SceneError
 from cablecad.model import Cable, Clamp, EquilibriumKey, Pin, Port
 from cablecad.rod.stability import Judged
 from cablecad.rod.verdict import Violation, find_violations, find_warnings
-from cablecad.self_gap import self_gap
 
 if TYPE_CHECKING:
     from cablecad.rod.response import Response
@@ -125,13 +124,9 @@ class Equilibrium:
     @cached_property
     def self_gap(self) -> float | None:
         """Room between parts of the cable's side that face each other [mm]; None where none do."""
-        from cablecad.rod.room import measure_gaps  # which knows equilibria
+        from cablecad.rod.room import gap_of  # which knows equilibria
 
-        measure_gaps([self])  # in its plane, in three quarters of the time
-        if "self_gap" in self.__dict__:
-            gap: float | None = self.__dict__["self_gap"]
-            return gap
-        return self_gap(self.centreline, self.diameter / 2.0)
+        return gap_of(self)
 
 
 @dataclass(frozen=True)

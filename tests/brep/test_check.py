@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import os
+import signal
 
 import pytest
 from curves import Helix, arch, chain
@@ -127,6 +129,18 @@ def test_one_of_many_that_is_not_valid_is_found(threads: str, monkeypatch: pytes
     for place in (0, 3, len(solids)):
         assert not all_valid([*solids[:place], open_solid(), *solids[place:]])
         assert not all_valid([*solids[:place], TopoDS_Shape(), *solids[place:]])  # Open Cascade fails
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+def test_a_forked_process_checks_too() -> None:
+    """It has none of the threads its parent has started."""
+    solids = [solid_of(CURVES[name], 2.0, 1e-3) for name in CURVES]
+    assert all_valid(solids)
+    child = os.fork()
+    if not child:
+        signal.alarm(20)
+        os._exit(0 if all_valid(solids) else 1)
+    assert os.waitpid(child, 0)[1] == 0
 
 
 def test_solid_inside_out_has_negative_volume() -> None:
