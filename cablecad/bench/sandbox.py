@@ -37,7 +37,7 @@ def in_sandbox(work: Callable[[], T]) -> T:
     with warnings.catch_warnings():
         warnings.simplefilter(
             "ignore", DeprecationWarning
-        )  # of forks beside threads: those of BLAS and Open Cascade sleep
+        )  # forks beside threads: BLAS's and Open Cascade's sleep
         child = os.fork()
     if child == 0:
         _answer(work, reading, writing)
