@@ -35,9 +35,7 @@ def in_sandbox(work: Callable[[], T]) -> T:
         raise SandboxError("not tried: this system cannot fork")
     reading, writing = os.pipe()
     with warnings.catch_warnings():
-        warnings.simplefilter(
-            "ignore", DeprecationWarning
-        )  # forks beside threads: BLAS's and Open Cascade's sleep
+        warnings.simplefilter("ignore", DeprecationWarning)  # forks beside threads: BLAS's and Open Cascade's sleep
         child = os.fork()
     if child == 0:
         _answer(work, reading, writing)
