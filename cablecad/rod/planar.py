@@ -20,10 +20,11 @@ from typing import Any, Literal
 import numpy as np
 
 from cablecad.rod.classify import classify, classify_taut, padded
+from cablecad.rod.descent import descend, first_force
 from cablecad.rod.equilibria import SHARP_MODES, Equilibria, absolute, join, modes_for, ranked
 from cablecad.rod.polish import polish
 from cablecad.rod.problem import Problem
-from cablecad.rod.ritz import descend, first_force, gap, newton, ritz
+from cablecad.rod.ritz import gap, newton, ritz
 from cablecad.rod.starts import starts
 from cablecad.rod.taut import EXACT, Taut, taut, wrap
 from cablecad.rod.trial import Array, legendre

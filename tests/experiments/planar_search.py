@@ -11,7 +11,8 @@ import time
 
 import numpy as np
 
-from cablecad.rod import planar, ritz
+from cablecad.rod import planar
+from cablecad.rod.descent import ITERATIONS
 
 COUNT = 1000
 
@@ -46,7 +47,7 @@ def descent(rng):
             answers.append((planar.COARSE_MODES, iterations, met, time.perf_counter() - begun, energy))
             best = np.minimum(best, energy)
     planar.descend, planar.COARSE_MODES = descend, modes
-    say(f"descent, {COUNT} scenes (now {modes} modes, {ritz.ITERATIONS} iterations)")
+    say(f"descent, {COUNT} scenes (now {modes} modes, {ITERATIONS} iterations)")
     for coarse, iterations, met, taken, energy in answers:
         above = np.count_nonzero(energy > best * (1.0 + 1e-9))
         say(f"  {coarse:2d} modes, {iterations:2d} iterations: {above} above, {met} stable met, {taken:.1f} s")
