@@ -36,9 +36,10 @@ from OCP.STEPControl import STEPControl_StepModelType
 from OCP.StepData import StepData_Protocol, StepData_StepModel, StepData_StepWriter
 from OCP.StepRepr import StepRepr_NextAssemblyUsageOccurrence
 
-from cablecad.brep.canonical import REAL_FORMAT, canonical
+from cablecad.brep.canonical import canonical
 from cablecad.brep.document import CableSolid, Document, Node
 from cablecad.brep.part21 import flaw, is_utf8, quoted
+from cablecad.brep.reals import REAL_FORMAT
 from cablecad.errors import ExchangeError, UsageError
 from cablecad.files import write_bytes
 from cablecad.model import Part

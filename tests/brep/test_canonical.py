@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cablecad.brep.canonical import REAL_FORMAT, canonical
+from cablecad.brep.canonical import canonical
 from cablecad.brep.kernel import TopoDS, silence, subshapes
 from cablecad.brep.part21 import flaw, quoted, requoted, shielded
-from cablecad.brep.reals import reals
+from cablecad.brep.reals import REAL_FORMAT, reals
 from cablecad.errors import GeometryError
 
 DATA = Path(__file__).parents[1] / "data"

@@ -233,6 +233,7 @@ def test_poles_have_no_more_decimals_than_matter(tolerance: float, length: float
         assert np.mean([len(text) > 16 for text in texts]) > 0.5
     else:
         assert all(round(x, decimals) == x for x in poles.ravel().tolist())
+        assert not np.signbit(poles[poles == 0.0]).any()
         assert np.mean([len(text.partition(".")[2]) == decimals for text in texts]) > 0.5
 
 
