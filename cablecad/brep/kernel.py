@@ -34,7 +34,6 @@ try:
         from OCP.collections import (
             Array1_double,
             Array1_gp_Pnt,
-            Array1_gp_Pnt2d,
             Array1_int,
             HArray1_gp_Pnt,
             List_TopoDS_Shape,
@@ -43,7 +42,6 @@ try:
         from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as IndexedMap_TopoDS_Shape
     else:
         from OCP.TColgp import TColgp_Array1OfPnt as Array1_gp_Pnt
-        from OCP.TColgp import TColgp_Array1OfPnt2d as Array1_gp_Pnt2d
         from OCP.TColgp import TColgp_HArray1OfPnt as HArray1_gp_Pnt
         from OCP.TColStd import TColStd_Array1OfInteger as Array1_int
         from OCP.TColStd import TColStd_Array1OfReal as Array1_double
@@ -51,7 +49,7 @@ try:
         from OCP.TopTools import TopTools_IndexedMapOfShape as IndexedMap_TopoDS_Shape
         from OCP.TopTools import TopTools_ListOfShape as List_TopoDS_Shape
 
-    from OCP.gp import gp_Pnt, gp_Pnt2d
+    from OCP.gp import gp_Pnt
     from OCP.Interface import Interface_Static
     from OCP.Message import Message
     from OCP.STEPCAFControl import STEPCAFControl_Controller
@@ -72,7 +70,6 @@ __all__ = [
     "OCP_VERSION",
     "Array1_double",
     "Array1_gp_Pnt",
-    "Array1_gp_Pnt2d",
     "Array1_int",
     "HArray1_gp_Pnt",
     "IndexedMap_TopoDS_Shape",
@@ -82,7 +79,6 @@ __all__ = [
     "array1_of_doubles",
     "array1_of_ints",
     "array1_of_points",
-    "array1_of_points2d",
     "interface_settings",
     "items_of",
     "list_of_shapes",
@@ -129,16 +125,6 @@ def array1_of_points(points: ArrayLike) -> Array1_gp_Pnt:
     array, point = Array1_gp_Pnt(1, len(rows)), gp_Pnt()
     for i, (x, y, z) in enumerate(rows, 1):
         point.SetCoord(x, y, z)
-        array.SetValue(i, point)
-    return array
-
-
-def array1_of_points2d(points: ArrayLike) -> Array1_gp_Pnt2d:
-    """Points of a surface's parameters, shape (n, 2), as an array that counts from 1."""
-    rows = np.asarray(points, dtype=float).tolist()
-    array, point = Array1_gp_Pnt2d(1, len(rows)), gp_Pnt2d()
-    for i, (u, v) in enumerate(rows, 1):
-        point.SetCoord(u, v)
         array.SetValue(i, point)
     return array
 

@@ -15,47 +15,36 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Literal, NamedTuple, cast, get_args
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
-from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeWire
 from OCP.BRepOffsetAPI import BRepOffsetAPI_MakePipeShell
-from OCP.Geom import (
-    Geom_BSplineCurve,
-    Geom_Circle,
-    Geom_Curve,
-    Geom_CylindricalSurface,
-    Geom_Line,
-    Geom_Plane,
-    Geom_Surface,
-)
-from OCP.Geom2d import Geom2d_BSplineCurve, Geom2d_Circle, Geom2d_Curve, Geom2d_Line
-from OCP.GeomAbs import GeomAbs_CN
-from OCP.gp import gp_Ax2, gp_Ax3, gp_Ax22d, gp_Dir, gp_Dir2d, gp_Pnt, gp_Pnt2d
-from OCP.TopAbs import TopAbs_Orientation
-from OCP.TopLoc import TopLoc_Location
-from OCP.TopoDS import TopoDS, TopoDS_Edge, TopoDS_Face, TopoDS_Shell, TopoDS_Solid, TopoDS_Vertex, TopoDS_Wire
+from OCP.Geom import Geom_BSplineCurve, Geom_Circle
+from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+from OCP.TopoDS import TopoDS, TopoDS_Edge, TopoDS_Solid
 
-from cablecad.brep.kernel import (
-    array1_of_doubles,
-    array1_of_ints,
-    array1_of_points,
-    array1_of_points2d,
-    occ_errors,
-    silence,
+from cablecad.brep.binary import (
+    Axes,
+    KnotVector,
+    Topology,
+    circle,
+    circle2d,
+    cylinder,
+    line,
+    line2d,
+    plane,
+    spline,
+    spline_surface,
 )
+from cablecad.brep.kernel import array1_of_doubles, array1_of_ints, array1_of_points, occ_errors, silence
 from cablecad.brep.knots import DEGREE
 from cablecad.brep.spline import FittedCentreline, FittedPiece
-from cablecad.brep.surface import KnotVector, bspline_surface
 from cablecad.centreline import Array, Line
 from cablecad.errors import GeometryError, UsageError
 
 Method = Literal["direct", "pipe_shell"]
-
-_HERE = TopLoc_Location()
-_REVERSED = TopAbs_Orientation.TopAbs_REVERSED  # what is not, is forward
 
 # The unit circle as one rational curve of degree five, the least with positive weights: as smooth around as along, as
 # Open Cascade's offsets want it; three quadratic arcs are no more than C0 to it. Two knots bring the poles, else up to
@@ -115,39 +104,32 @@ def build_tube(fit: FittedCentreline, radius: float, *, method: Method = "direct
 # --- the direct construction --------------------------------------------------------------------------------------
 
 
-class _Station(NamedTuple):
-    """The circle at an end of a piece, running from the normal towards the binormal.
-
-    Attributes:
-        axes: Its middle, the tangent and the normal.
-        vertex: Where it begins and ends.
-        circle: The edge.
-    """
-
-    axes: gp_Ax3
-    vertex: TopoDS_Vertex
-    circle: TopoDS_Edge
-
-
 def _direct(fit: FittedCentreline, radius: float) -> TopoDS_Solid:
-    builder = BRep_Builder()
-    frames = [_end_frames(piece) for piece in fit.pieces]
-    corners = [frames[0][0]] + [ends[1] for ends in frames]
-    reach = max(abs(x) for corner in corners for x in corner[0].tolist()) + fit.length
-    tolerance = max(_EDGE_TOLERANCE, 1e-14 * reach)
-    stations = [_station(builder, corner, radius, tolerance) for corner in corners]
-    shell = TopoDS_Shell()
-    builder.MakeShell(shell)
+    corners = _corners(fit)
+    reach = max(abs(x) for position, _, _ in corners for x in position) + fit.length
+    axes = [Axes(*corner) for corner in corners]
+    points = [tuple(p + radius * n for p, n in zip(at, normal, strict=True)) for at, _, normal in corners]
     decimals = _decimals(fit.tolerance)
-    for piece, start, end in zip(fit.pieces, stations, stations[1:], strict=False):
-        builder.Add(shell, _side(builder, piece, start, end, radius, decimals, tolerance))
-    builder.Add(shell, _cap(builder, stations[0], radius, tolerance, at_end=False))
-    builder.Add(shell, _cap(builder, stations[-1], radius, tolerance, at_end=True))
-    shell.Closed(True)
-    solid = TopoDS_Solid()
-    builder.MakeSolid(solid)
-    builder.Add(solid, shell)
-    return solid
+    circles = [circle(one, radius) for one in axes]
+    seams, surfaces = [], []
+    for i, piece in enumerate(fit.pieces):
+        if isinstance(piece, Line):
+            surfaces.append(cylinder(axes[i], radius))
+            seams.append(line(points[i], axes[i].main))
+        else:
+            surface, seam = _spline_side(piece, radius, decimals)
+            surfaces.append(surface)
+            seams.append(seam)
+    tops = tuple(piece.length if isinstance(piece, Line) else None for piece in fit.pieces)
+    topology = _topology(tops, radius, max(_EDGE_TOLERANCE, 1e-14 * reach))
+    solid = topology.with_geometry(points, circles + seams, [*surfaces, plane(axes[0]), plane(axes[-1])])
+    return TopoDS.Solid(solid)
+
+
+def _corners(fit: FittedCentreline) -> list[list[list[float]]]:
+    """Position [mm], tangent and normal where pieces begin and end."""
+    ends = [_end_frames(piece) for piece in fit.pieces]
+    return [ends[0][0].tolist(), *(end.tolist() for _, end in ends)]
 
 
 def _end_frames(piece: Line | FittedPiece) -> tuple[Array, Array]:
@@ -159,73 +141,60 @@ def _end_frames(piece: Line | FittedPiece) -> tuple[Array, Array]:
     return start, end
 
 
-def _station(builder: BRep_Builder, frame: Array, radius: float, tolerance: float) -> _Station:
-    """The station with a frame: position, tangent and normal, shape (3, 3)."""
-    position, tangent, normal = frame.tolist()
-    axes = gp_Ax3(gp_Pnt(*position), gp_Dir(*tangent), gp_Dir(*normal))
-    vertex = TopoDS_Vertex()
-    builder.MakeVertex(vertex, gp_Pnt(*(p + radius * n for p, n in zip(position, normal, strict=True))), tolerance)
-    edge = TopoDS_Edge()
-    builder.MakeEdge(edge, Geom_Circle(axes.Ax2(), radius), tolerance)
-    builder.Add(edge, vertex)
-    builder.Add(edge, vertex.Oriented(_REVERSED))
-    builder.Range(edge, 0.0, 2.0 * math.pi)
-    return _Station(axes, vertex, edge)
+@lru_cache(maxsize=64)
+def _topology(tops: tuple[float | None, ...], radius: float, tolerance: float) -> Topology:
+    """What tubes of as many pieces share; each piece has a side, with a circle at either end and a seam between them.
+
+    Curves are the circles, one after the other, then the seams; surfaces the sides, then the planes of start and end.
+
+    Args:
+        tops: Where the v of each side ends: at the length of a cylinder [mm]; None on a spline, where it is 1.
+        radius: Of the tube [mm].
+        tolerance: Of Open Cascade's [mm].
+    """
+    shapes, count = Topology(tolerance), len(tops)
+    start_plane, end_plane = count + 1, count + 2
+    on: list[list[tuple[int, int]]] = [[] for _ in range(count + 1)]
+    for i, top in enumerate(tops):
+        for station, v in ((i, 0.0), (i + 1, top or 1.0)):
+            around = _circle_parameter(*_circle_form(radius), v) if top is None else line2d(0.0, v, 1.0, 0.0)
+            on[station].append((i + 1, shapes.parameters(around)))
+    for station, flat in ((0, start_plane), (-1, end_plane)):
+        # Open Cascade would work it out whenever it is asked for.
+        on[station].append((flat, shapes.parameters(circle2d(radius))))
+    vertices = [shapes.vertex() for _ in on]
+    circles = [
+        shapes.edge(i, (0.0, 2.0 * math.pi), (vertex, vertex), faces)
+        for i, (vertex, faces) in enumerate(zip(vertices, on, strict=True), 1)
+    ]
+    sides = []
+    for i, top in enumerate(tops):
+        turn = 1.0 if top is None else 2.0 * math.pi
+        forward, back = (shapes.parameters(line2d(u, 0.0, 0.0, 1.0)) for u in (turn, 0.0))
+        ends = vertices[i], vertices[i + 1]
+        seam = shapes.edge(count + 2 + i, (0.0, top or 1.0), ends, seam=(i + 1, forward, back))
+        # Counterclockwise in (u, v): along the start, up the seam, back along the end, down the seam.
+        sides.append(shapes.face(i + 1, shapes.wire(circles[i], seam, -circles[i + 1], -seam)))
+    start, end = (
+        shapes.face(flat, shapes.wire(edge)) for flat, edge in ((start_plane, circles[0]), (end_plane, circles[-1]))
+    )
+    # The tangent points inward at the start.
+    shapes.solid(shapes.shell(*sides, -start, end))
+    return shapes
 
 
-def _side(
-    builder: BRep_Builder,
-    piece: Line | FittedPiece,
-    start: _Station,
-    end: _Station,
-    radius: float,
-    decimals: int,
-    tolerance: float,
-) -> TopoDS_Face:
-    """The side face of one piece: around it u from 0 to `turn`, along it v from 0 to `top`."""
-    if isinstance(piece, Line):
-        surface: Geom_Surface = Geom_CylindricalSurface(start.axes, radius)
-        seam_curve: Geom_Curve = Geom_Line(BRep_Tool.Pnt_s(start.vertex), start.axes.Direction())
-        turn, top = 2.0 * math.pi, piece.length
-    else:
-        surface, seam_curve = _spline_side(piece, radius, decimals)
-        turn, top = 1.0, 1.0
-    face = TopoDS_Face()
-    builder.MakeFace(face, surface, _HERE, tolerance)
-    seam = TopoDS_Edge()
-    builder.MakeEdge(seam, seam_curve, tolerance)
-    builder.Add(seam, start.vertex)
-    builder.Add(seam, end.vertex.Oriented(_REVERSED))
-    builder.Range(seam, 0.0, top)
-    builder.UpdateEdge(seam, _line2d(turn, 0.0, 0.0, 1.0), _line2d(0.0, 0.0, 0.0, 1.0), face, tolerance)
-    builder.Continuity(seam, face, face, GeomAbs_CN)
-    for station, v in ((start, 0.0), (end, top)):
-        around = (
-            _line2d(0.0, v, 1.0, 0.0)
-            if isinstance(piece, Line)
-            else cast(Geom2d_Curve, _circle_parameter(*_circle_form(radius), v).Copy())
-        )
-        builder.UpdateEdge(station.circle, around, face, tolerance)
-    wire = TopoDS_Wire()
-    builder.MakeWire(wire)
-    # Counterclockwise in (u, v): along the start, up the seam, back along the end, down the seam.
-    builder.Add(wire, start.circle)
-    builder.Add(wire, seam)
-    builder.Add(wire, end.circle.Oriented(_REVERSED))
-    builder.Add(wire, seam.Oriented(_REVERSED))
-    wire.Closed(True)
-    builder.Add(face, wire)
-    return face
-
-
-def _spline_side(piece: FittedPiece, radius: float, decimals: int) -> tuple[Geom_Surface, Geom_Curve]:
+def _spline_side(piece: FittedPiece, radius: float, decimals: int) -> tuple[bytes, bytes]:
     """The surface spline times circle, and its seam at u = 0."""
-    position, normal, binormal = piece.poles[:, 0:3], piece.poles[:, 3:6], piece.poles[:, 6:9]
-    a, b = radius * _CIRCLE_POLES[:, 0, None, None], radius * _CIRCLE_POLES[:, 1, None, None]
-    poles = _rounded(position + a * normal + b * binormal, decimals)  # (8, spans + 9, 3)
+    columns = piece.poles.reshape(-1, 3, 3).transpose(1, 0, 2).reshape(3, -1)
+    poles = _rounded((_circle_poles(radius) @ columns).reshape(len(_CIRCLE_WEIGHTS), -1, 3), decimals)
     along = KnotVector(DEGREE, piece.knots, _clamped_multiplicities(len(piece.knots), DEGREE))
-    surface = bspline_surface(poles, _CIRCLE_WEIGHTS, _CIRCLE_KNOTS, along)
-    return surface, surface.UIso(0.0)
+    return spline_surface(poles, _CIRCLE_WEIGHTS, _CIRCLE_KNOTS, along), spline(poles[0], along)
+
+
+@lru_cache(maxsize=64)
+def _circle_poles(radius: float) -> Array:
+    """A circle's poles, shape (8, 3), by its middle, the normal and the binormal."""
+    return np.column_stack([np.ones(len(_CIRCLE_POLES)), radius * _CIRCLE_POLES])
 
 
 def _decimals(tolerance: float) -> int:
@@ -243,22 +212,8 @@ def _rounded(poles: Array, decimals: int) -> Array:
     return np.rint(poles * scale) / scale + 0.0 if float(np.abs(poles).max()) * scale < _WHOLE else poles
 
 
-def _cap(builder: BRep_Builder, station: _Station, radius: float, tolerance: float, *, at_end: bool) -> TopoDS_Face:
-    """The plane at an end, bounded by the true circle; reversed at the start, where the tangent points inward."""
-    face = TopoDS_Face()
-    builder.MakeFace(face, Geom_Plane(station.axes), _HERE, tolerance)
-    # Open Cascade would work it out whenever it is asked for.
-    builder.UpdateEdge(station.circle, Geom2d_Circle(gp_Ax22d(), radius), face, tolerance)
-    wire = TopoDS_Wire()
-    builder.MakeWire(wire)
-    builder.Add(wire, station.circle)
-    wire.Closed(True)
-    builder.Add(face, wire)
-    return face if at_end else TopoDS.Face(face.Oriented(_REVERSED))
-
-
 @lru_cache(maxsize=16)
-def _circle_parameter(arcs: int, degree: int, v: float) -> Geom2d_BSplineCurve:
+def _circle_parameter(arcs: int, degree: int, v: float) -> bytes:
     """A circle on a spline side at constant `v`: u as a function of the angle on the true circle [rad].
 
     The rational curve with parameter t runs through the angle psi from its middle by t = (1 + tan(psi / 4)) / 2. Here
@@ -276,10 +231,7 @@ def _circle_parameter(arcs: int, degree: int, v: float) -> Geom2d_BSplineCurve:
     multiplicities = np.full(arcs + 1, degree)
     multiplicities[[0, -1]] = degree + 1
     points = np.stack([poles, np.full(len(poles), v)], axis=1)
-    knots = np.linspace(0.0, 2.0 * math.pi, arcs + 1)
-    return Geom2d_BSplineCurve(
-        array1_of_points2d(points), array1_of_doubles(knots), array1_of_ints(multiplicities), degree, False
-    )
+    return spline(points, KnotVector(degree, np.linspace(0.0, 2.0 * math.pi, arcs + 1), multiplicities))
 
 
 @lru_cache(maxsize=64)
@@ -301,8 +253,10 @@ def _clamped_multiplicities(count: int, degree: int) -> NDArray[np.int_]:
     return multiplicities
 
 
-def _line2d(u: float, v: float, du: float, dv: float) -> Geom2d_Curve:
-    return Geom2d_Line(gp_Pnt2d(u, v), gp_Dir2d(du, dv))
+# --- Open Cascade's own sweep, as an oracle -----------------------------------------------------------------------
+
+_SWEEP_TOLERANCE = 1e-6
+"""[mm]; at 1e-8 the sweep fails silently on some curves."""
 
 
 def _point(position: Array) -> gp_Pnt:
@@ -311,12 +265,6 @@ def _point(position: Array) -> gp_Pnt:
 
 def _direction(vector: Array) -> gp_Dir:
     return gp_Dir(*vector.tolist())
-
-
-# --- Open Cascade's own sweep, as an oracle -----------------------------------------------------------------------
-
-_SWEEP_TOLERANCE = 1e-6
-"""[mm]; at 1e-8 the sweep fails silently on some curves."""
 
 
 def _pipe_shell(fit: FittedCentreline, radius: float) -> TopoDS_Solid:

@@ -322,16 +322,17 @@ def reals_of(*values):
 
 
 def test_not_a_number_is_refused():
+    from binary_geometry import surface_of
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
 
+    from cablecad.brep.binary import KnotVector, spline_surface
     from cablecad.brep.document import CableSolid
     from cablecad.brep.step import step_text
-    from cablecad.brep.surface import KnotVector, bspline_surface
 
     poles = [[[float(i), float(j), 0.0] for j in range(4)] for i in range(4)]
     poles[1][2][2] = float("nan")
     knots = KnotVector(3, [0.0, 1.0], [4, 4])
-    surface = bspline_surface(np.array(poles), 1.0, knots, knots)
+    surface = surface_of(spline_surface(np.array(poles), 1.0, knots, knots))
     face = TopoDS.Face(BRepBuilderAPI_MakeFace(surface, 1e-6).Shape())
     with pytest.raises(GeometryError, match="coordinates that are not finite numbers"):
         step_text("scene", [], [CableSolid("W1", face)])

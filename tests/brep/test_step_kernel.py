@@ -22,8 +22,6 @@ def test_arrays_hold_what_was_given():
     assert [integers.Value(i) for i in (1, 2, 3)] == [4, 1, 4]
     row = kernel.array1_of_points(points[1])
     assert [row.Value(j + 1).Y() for j in range(4)] == points[1, :, 1].tolist()
-    flat = kernel.array1_of_points2d(points[0, :, :2])
-    assert [(flat.Value(j + 1).X(), flat.Value(j + 1).Y()) for j in range(4)] == [*map(tuple, points[0, :, :2])]
 
 
 def test_items_of_a_sequence():

@@ -10,8 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from binary_geometry import surface_of
 from scipy.spatial.transform import Rotation as Turn
 
+from cablecad.brep.binary import KnotVector, spline_surface
 from cablecad.brep.document import Document
 from cablecad.brep.kernel import (
     TopoDS,
@@ -21,7 +23,6 @@ from cablecad.brep.kernel import (
 )
 from cablecad.brep.part21 import flaw
 from cablecad.brep.step import CableSolid, read_parts, read_tree, step_text, write_step
-from cablecad.brep.surface import KnotVector, bspline_surface
 from cablecad.errors import ExchangeError, GeometryError, UsageError
 from cablecad.model import Part, Rotation
 
@@ -232,7 +233,7 @@ def test_splines_come_back_to_the_last_bit(tmp_path):
     poles = np.stack([x, y, np.zeros_like(x)], axis=-1) * 1e3 + chance.normal(size=(6, 5, 3)) * 10.0 ** -np.arange(3)
     u_knots, v_knots = [0.0, 1.0 / 3.0, 0.7, 1.0], [0.0, math.pi, 10.0]
     u, v = KnotVector(3, u_knots, [4, 1, 1, 4]), KnotVector(3, v_knots, [4, 1, 4])
-    surface = bspline_surface(poles, 1.0, u, v)
+    surface = surface_of(spline_surface(poles, 1.0, u, v))
     back = there_and_back(tmp_path, [], [CableSolid("W1", BRepBuilderAPI_MakeFace(surface, 1e-9).Shape())])["W1"]
     (face,) = subshapes(back.shape, TopAbs_ShapeEnum.TopAbs_FACE)
     read = BRep_Tool.Surface_s(TopoDS.Face(face))

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from binary_geometry import curve2d_of
 from curves import Helix, arch, chain
 from OCP.BRep import BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Curve2d, BRepAdaptor_Surface
@@ -274,7 +275,7 @@ def test_cap_circles_run_along_their_faces(radius: float) -> None:
 @pytest.mark.parametrize(("arcs", "bound"), [(1, 1.25), (2, 2.1), (3, 1.5)])
 def test_error_of_the_circle_parameter(arcs: int, bound: float, degree: int) -> None:
     """Below the bound, and not by much, over the power that tells which degree a radius needs."""
-    curve = tube._circle_parameter(arcs, degree, 0.25)
+    curve = curve2d_of(tube._circle_parameter(arcs, degree, 0.25))
     angle = np.linspace(0.0, 2.0 * math.pi, 20_001)[1:-1]
     points = [curve.Value(one) for one in angle.tolist()]
     assert {point.Y() for point in points} == {0.25}
