@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cablecad.brep.part21 import requoted
-from cablecad.brep.reals import Bytes, Places, digits_of, shorten_reals
+from cablecad.brep.reals import Bytes, Places, Tokens, digits_of, shorten_reals
 from cablecad.errors import GeometryError
 
 _NOT_FINITE = re.compile(rb"[(,]-?(?:NAN|INF)")
@@ -32,6 +32,9 @@ _POINT_IN_STRING = b"\x02"
 _UNMASKED = bytes.maketrans(_POINT_IN_STRING, b".")
 _NOTHING = 0
 
+INITIALS = 8
+"""Characters at the beginning of an entity that are kept beside it: they tell the kinds from each other."""
+
 _BLOCK = 1 << 19
 """Characters worked on at once: 2^18 take a tenth more time, all of 4 MB a quarter."""
 
@@ -41,25 +44,34 @@ class Entities:
     """The entities of a DATA section, counted from 0 in the order they stand there.
 
     Attributes:
-        lines: ``#12=KIND(...);`` of each, with `HASH_IN_STRING` for every # in a string.
+        text: A line of each, ``#12=KIND(...);``, with `HASH_IN_STRING` for every # in a string.
+        bounds: Where in the text the line of each begins, and where the last one's ends.
         numbers: Of each, such as 12.
-        initials: The first character of each one's text.
+        initials: The first characters of each one's text, as many as `INITIALS`.
         targets: The entities that are referred to, by one after the other.
         starts: Where in `targets` those of each entity begin, and where the last one's end.
     """
 
-    lines: list[bytes]
+    text: bytes
+    bounds: Places
     numbers: Places
-    initials: Bytes
+    initials: Tokens
     targets: Places
     starts: Places
+
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+    def line(self, entity: int) -> bytes:
+        """Of one entity, without the line's end."""
+        return self.text[self.bounds[entity] : self.bounds[entity + 1] - 1]
 
 
 class _Block(NamedTuple):
     """Some entities: their lines, first characters, and all numbers behind a #, with whether each is a definition."""
 
-    lines: list[bytes]
-    initials: Bytes
+    text: bytes
+    initials: Tokens
     values: Places
     defines: np.ndarray
 
@@ -76,7 +88,8 @@ def read_entities(text: bytes, begin: int, end: int) -> Entities:
         GeometryError: A real is not finite, or an entity is referred to and not there.
     """
     blocks = [_read_block(block) for block in _blocks(text, begin, end)]
-    lines = [line for block in blocks for line in block.lines]
+    lines = b"".join(block.text for block in blocks)
+    bounds = np.append(0, np.flatnonzero(np.frombuffer(lines, np.uint8) == ord("\n")) + 1)
     initials, values, defines = (
         np.concatenate(parts)
         for parts in zip(*((block.initials, block.values, block.defines) for block in blocks), strict=True)
@@ -88,7 +101,7 @@ def read_entities(text: bytes, begin: int, end: int) -> Entities:
     if (targets < 0).any():
         raise GeometryError("Open Cascade refers to an entity that it did not write; check the solids that were given")
     starts = np.append(np.flatnonzero(defines) - np.arange(len(numbers)), len(targets))
-    return Entities(lines, numbers, initials, targets, starts)
+    return Entities(lines, bounds, numbers, initials, targets, starts)
 
 
 def _blocks(text: bytes, begin: int, end: int) -> Iterator[bytes]:
@@ -110,7 +123,8 @@ def _blocks(text: bytes, begin: int, end: int) -> Iterator[bytes]:
 
 def _read_block(block: bytes) -> _Block:
     # A line before the first, so that all begin alike; and room to look beyond the last.
-    text = np.frombuffer(bytearray(b"".join((b";\n", *_with_plain_strings(block), bytes(24)))), np.uint8)
+    before = b";\n"
+    text = np.frombuffer(bytearray(b"".join((before, *_with_plain_strings(block), bytes(24)))), np.uint8)
     if _may_be_infinite(text) and _NOT_FINITE.search(b"'".join(block.split(b"'")[::2])):
         raise GeometryError(
             "a solid has coordinates that are not finite numbers, and STEP cannot hold them; "
@@ -121,9 +135,10 @@ def _read_block(block: bytes) -> _Block:
     values, behind = _integers(text, hashes + 1)
     defines = text[hashes - 1] == ord("\n")
     bodies = _without_spaces(text, _without_spaces(text, behind[defines]) + 1)  # around the =
-    initials = text[bodies]
+    initials = np.ndarray((len(text) - INITIALS,), f"S{INITIALS}", text, strides=(1,))[bodies]
     shorten_reals(text)
-    return _Block(text.tobytes().translate(_UNMASKED, bytes([_NOTHING])).split(b"\n")[1:-1], initials, values, defines)
+    lines = text[len(before) :].tobytes().translate(_UNMASKED, bytes([_NOTHING]))
+    return _Block(lines, initials, values, defines)
 
 
 def _with_plain_strings(data: bytes) -> list[bytes]:

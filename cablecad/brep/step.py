@@ -9,7 +9,7 @@ Not for threads: Open Cascade keeps its settings per process. Names of single fa
 validation properties and PMI are not kept.
 
 Measured on as1-oc-214 (0.4 MB) and 25 of it in one file (11 MB), one noisy core: 150 to 200 ms for each MB to read, of
-which 10 for the look before, and 85 to 100 to write, of which 21 for rewriting.
+which 10 for the look before, and 80 to 95 to write, of which 14 for rewriting.
 """
 
 from __future__ import annotations

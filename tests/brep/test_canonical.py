@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cablecad.brep.canonical import canonical
+from cablecad.brep.canonical import _settled, canonical
 from cablecad.brep.kernel import TopoDS, silence, subshapes
 from cablecad.brep.part21 import flaw, quoted, requoted, shielded
 from cablecad.brep.reals import REAL_FORMAT, reals
@@ -289,7 +289,7 @@ def test_a_text_of_many_blocks_keeps_everything():
     assert [(float(x), float(z)) for x, z in found] == [(i / 3.0, i % 7 / 10.0) for i in range(2, 20002)]
 
 
-def test_poles_in_a_row_are_numbered_as_one_by_one():
+def test_poles_are_numbered_as_they_are_met():
     poles = [b"#%d = CARTESIAN_POINT('',(%d.0,0.,0.));\n" % (i, i) for i in range(10, 15)]
     surface = b"#3 = SHAPE_DEFINITION_REPRESENTATION(#10,#11,#12,#13,#14);\n"
     one = canonical(data(surface, *poles), HEADER)
@@ -305,6 +305,52 @@ def test_poles_in_a_row_are_numbered_as_one_by_one():
         (b"7", b"14"),
     ]
     assert b"#1=SHAPE_DEFINITION_REPRESENTATION(#2,#4,#5,#3,#6,#7);" in met
+
+
+@st.composite
+def graphs(draw):
+    """References of some entities, most to those behind, and what of the others are roots of the structure."""
+    count = draw(st.integers(1, 12))
+    ahead = draw(st.booleans())
+    references = [
+        draw(st.lists(st.integers(min(i + 1, count - 1) if ahead else 0, count - 1), max_size=4)) for i in range(count)
+    ]
+    if draw(st.booleans()):  # as they are numbered by a walk
+        order = walk(references, sorted(set(range(count)) - {r for own in references for r in own}))
+        order += sorted(set(range(count)) - set(order))
+        place = {entity: i for i, entity in enumerate(order)}
+        references = [[place[r] for r in references[entity]] for entity in order]
+    free = sorted(set(range(count)) - {r for own in references for r in own})
+    return references, [root for root in free if draw(st.integers(0, 4))]
+
+
+def walk(references, roots):
+    order = []
+    waiting = roots[::-1]
+    while waiting:
+        entity = waiting.pop()
+        if entity not in order:
+            order.append(entity)
+            waiting += references[entity][::-1]
+    return order
+
+
+@settings(deadline=None, max_examples=500)
+@given(graphs())
+def test_what_the_walk_would_leave_is_left_without_it(graph):
+    references, roots = graph
+    order = walk(references, roots)
+    kept = [
+        k
+        for k in range(len(order) + 1)
+        if order[:k] == list(range(k)) and all(r < k for own in references[:k] for r in own)
+    ]
+    targets = np.array([r for own in references for r in own], np.intp)
+    starts = np.cumsum([0, *map(len, references)])
+    settled = _settled(targets, starts, roots)
+    assert settled in kept
+    # Who refers to one twice is taken to refer to it there where he does so last.
+    assert settled == max(kept) or any(len(set(own)) < len(own) for own in references)
 
 
 def test_a_reference_to_nothing_is_refused():
