@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 
 
 class CablecadError(Exception):
@@ -56,6 +57,10 @@ class SceneError(CablecadError, ValueError):
         self.mistakes = tuple(mistakes)
         self.source = source
         super().__init__(self._text())
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # An exception is pickled as its class and its text, by itself; worker processes send their errors so.
+        return partial(type(self), source=self.source), (self.mistakes,), self.__dict__
 
     def _text(self) -> str:
         lines = [str(mistake) for mistake in self.mistakes]

@@ -17,7 +17,7 @@ numbers (a pin: free to turn); position and outward, three numbers each; or a `c
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence, Set
 from os import PathLike, fspath
 from typing import Any
 
@@ -98,6 +98,13 @@ class CableSolid(CableResults, cq.Solid):
         foot = cq.Vector(startVector)
         turn = cq.Location(cq.Vector(), cq.Vector(endVector) - foot, angleDegrees)
         return self.moved(cq.Location(foot) * turn * cq.Location(foot * -1))
+
+    def __getstate__(self) -> Any:
+        return super().__getstate__(), self._results, self.label
+
+    def __setstate__(self, state: Any) -> None:
+        shape, self._results, self.label = state
+        super().__setstate__(shape)
 
     def __copy__(self) -> Any:
         return self.copy()
@@ -245,16 +252,17 @@ def to_assembly(scene: Scene | str | PathLike[str]) -> cq.Assembly:
         scene = load_scene(fspath(scene))
     run, solids = make_scene(scene)
     run.raise_first()
-    whole = cq.Assembly(name=run.scene.name, metadata={"cablecad": run.report()})
+    name = run.scene.name
+    whole = cq.Assembly(name=name, metadata={"cablecad": run.report()})
     if run.scene.parts:
-        group = cq.Assembly(name="parts")
+        group = cq.Assembly(name=_name_beside("parts", {name, *(part.name for part in run.scene.parts)}))
         for part in run.scene.parts:
             roots = run.documents[part.name].tree()
             placed = _branch(roots[0], part.name) if len(roots) == 1 else _bundle(roots, part.name)
             group.add(placed, loc=cq.Location(part_frame(part)), name=part.name)
         whole.add(group)
     if solids:
-        group = cq.Assembly(name="cables")
+        group = cq.Assembly(name=_name_beside("cables", {name, *(built.name for built in solids)}))
         add_to(group, *solids)
         whole.add(group)
     return whole
@@ -358,16 +366,21 @@ def _color(text: str | None) -> cq.Color | None:
 
 def _bundle(nodes: Sequence[Node], name: str, color: Color | None = None) -> cq.Assembly:
     """Several products as the children of one assembly, with names of their own among them."""
-    whole, taken = cq.Assembly(name=name), set[str]()
+    whole, taken = cq.Assembly(name=name), {name}
     for node in nodes:
-        wanted = child = node.occurrence or node.name or "part"
-        count = 1
-        while child in taken:
-            count += 1
-            child = f"{wanted} {count}"
+        child = _name_beside(node.occurrence or node.name or "part", taken)
         taken.add(child)
         whole.add(_branch(node, child, color))
     return whole
+
+
+def _name_beside(wanted: str, taken: Set[str]) -> str:
+    """A name that CadQuery takes: in an assembly it must differ from those of all others, and from the assembly's."""
+    name, count = wanted, 1
+    while name in taken:
+        count += 1
+        name = f"{wanted} {count}"
+    return name
 
 
 def _branch(node: Node, name: str, color: Color | None = None) -> cq.Assembly:

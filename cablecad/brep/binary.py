@@ -143,6 +143,23 @@ def spline_surface(poles: Array, weights: ArrayLike, u: KnotVector, v: KnotVecto
     return b"".join((head, body.tobytes(), u.packed, v.packed))
 
 
+# --- whole shapes ---------------------------------------------------------------------------------------------------
+
+
+def packed(shape: TopoDS_Shape) -> bytes:
+    """A shape with all there is to it, to be `unpacked` in another process."""
+    stream = io.BytesIO()
+    BinTools.Write_s(shape, stream)
+    return stream.getvalue()
+
+
+def unpacked(data: bytes) -> TopoDS_Shape:
+    """The shape that `packed` gave."""
+    shape = TopoDS_Shape()
+    BinTools.Read_s(shape, io.BytesIO(data))
+    return shape
+
+
 # --- topology -------------------------------------------------------------------------------------------------------
 
 
@@ -260,9 +277,7 @@ class Topology:
         ]
         for point, behind in zip(points, others, strict=True):
             parts += (_PLACE.pack(*point), behind)
-        shape = TopoDS_Shape()
-        BinTools.Read_s(shape, io.BytesIO(b"".join(parts)))
-        return shape
+        return unpacked(b"".join(parts))
 
     @cached_property
     def _before_curves(self) -> bytes:

@@ -73,7 +73,8 @@ def solve(scene_path: Path, as_json: bool, points: int | None, wide: bool, table
             return run.exit_code
     else:
         for outcome in run.outcomes:
-            click.echo(_line(outcome))
+            solution = outcome.solution
+            click.echo(f"{outcome.cable.name}: {outcome.result}" if solution is None else solution.summary)
     note_all(run.remarks)
     for outcome in run.outcomes:
         warn_of(outcome.cable.name, outcome.warnings)
@@ -97,31 +98,3 @@ def _print_table(outcomes: list[CableOutcome]) -> None:
     if outcomes:
         # https://no-color.org
         click.echo(text, color=False if os.environ.get("NO_COLOR") else None)
-
-
-def _line(outcome: CableOutcome) -> str:
-    """One cable on one line."""
-    solution = outcome.solution
-    if solution is None:
-        return f"{outcome.cable.name}: {outcome.result}"
-    radius = solution.bend_radius_min
-    parts = [
-        f"{outcome.cable.name}: solved",
-        f"{solution.model} ({solution.equilibrium.branch})",
-        f"length {solution.length:.7g} mm",
-        f"chord {solution.chord:.7g} mm",
-        "no bend"
-        if radius is None
-        else f"least bend radius {radius:.7g} mm at s = {solution.bend_radius_min_at:.7g} mm",
-    ]
-    if solution.EI is not None:
-        force = solution.EI * float((solution.equilibrium.end.force_per_EI**2).sum() ** 0.5)
-        parts.append(f"end force {force:.7g} N")
-    stability = solution.stability
-    if not stability.stable_in_plane:
-        parts.append("unstable")
-    elif not stability.stable_out_of_plane:
-        parts.append("stable only in its plane")
-    else:
-        parts.append("stable")
-    return ", ".join(parts)

@@ -28,6 +28,18 @@ class Solid:
 
     wrapped: TopoDS_Solid
 
+    def __reduce__(self) -> tuple[object, ...]:
+        from cablecad.brep.binary import packed
+
+        return _unpacked_solid, (packed(self.wrapped),)
+
+
+def _unpacked_solid(data: bytes) -> Solid:
+    from cablecad.brep.binary import unpacked
+    from cablecad.brep.kernel import TopoDS
+
+    return Solid(TopoDS.Solid(unpacked(data)))
+
 
 @dataclass(frozen=True)
 class Built:

@@ -36,10 +36,16 @@ def write_step(items: Iterable[Built | Part], path: str | PathLike[str], *, name
 
     Raises:
         SceneError: Two items of one name.
-        UsageError: The output is one of the parts' files, or is no STEP file by its name.
+        UsageError: An item that is neither, or an output that is one of the parts' files or no STEP file by its name.
         ExchangeError: A part cannot be read, or the output not written.
     """
     items, path = list(items), Path(fspath(path))
+    for i, item in enumerate(items):
+        if not isinstance(item, Built | Part):
+            raise UsageError(
+                f"items[{i}] is a {type(item).__name__}, which cannot be written: give what build() returns (of a "
+                "shape of the adapters its .built), or a Part"
+            )
     parts = tuple(item for item in items if isinstance(item, Part))
     cables = [item for item in items if isinstance(item, Built)]
     scene = Scene(name if name is not None else path.stem, tuple(built.cable for built in cables), parts)

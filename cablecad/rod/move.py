@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -89,7 +90,9 @@ def move_solution(
         )
     reached = equilibrium_of(cable, Trace(span, row), row.numbers()[0], ratio)
     solution = solution_of(cable, float(cable.length), span, (reached,), 0, "followed from the last solution")
-    return replace(solution, find_notes=lambda: _notes(last, solution, trace.span.e3, span.e3))
+    # Without its own notes the last one does not keep all the ones before it.
+    before = replace(last, find_notes=None)
+    return replace(solution, find_notes=partial(_notes, before, solution, trace.span.e3, span.e3))
 
 
 def _notes(last: RodSolution, moved: RodSolution, before: Array, after: Array) -> tuple[str, ...]:

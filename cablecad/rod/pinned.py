@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import cache, partial
+from dataclasses import dataclass
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -72,9 +73,9 @@ def solve_pinned_cable(cable: Cable, *, reason: str) -> RodSolution:
         length=solved.length,
         chord=solved.chord,
         slack=_slack(cable, solved),
-        measure_rise=lambda: arch.size("rise") / solved.omega / (MODES[index // 2]),
-        measure_end_angle=lambda: math.degrees(arch.angle),
-        measure_residual=lambda: float(unmet),
+        measure_rise=partial(float, arch.size("rise") / solved.omega / MODES[index // 2]),
+        measure_end_angle=partial(math.degrees, arch.angle),
+        measure_residual=partial(float, unmet),
         notes=tuple(_notes(solved)),
     )
 
@@ -113,7 +114,7 @@ def _modes(cable: Cable, solved: Pinned, origin: Array, axis: Array, side: Array
     """Modes 1 to 3, each towards the bulge and away from it."""
     found = []
     for mode in MODES:
-        judged = cache(partial(_judge, solved, mode))  # one verdict for both twins
+        judged = _Verdict(solved, mode)
         found += [_mode(cable, solved, mode, way, judged, origin, axis, side) for way in (1, -1)]
     return tuple(found)
 
@@ -129,30 +130,45 @@ def _mode(
     side: Array,
 ) -> Equilibrium:
     """One mode, its first arch towards `way` times the bulge."""
-    arch, omega = solved.arch, mode * solved.omega
-
-    def draw() -> Shape:
-        # Starting a quarter wave before the crest, psi rises from -beta_0: the arch lies on the side of -e2.
-        piece = Inflexional(Placement(origin, axis, -way * side), solved.length, omega, arch.m, arch.m1, -arch.K)
-        centreline = Centreline([piece])
-        frames = centreline.frames([0.0, solved.length])
-        push, no_moment = omega**2 * axis, np.zeros(3)
-        return Shape(
-            centreline,
-            EndState(frames.position[0], frames.tangent[0], push, no_moment),
-            EndState(frames.position[1], frames.tangent[1], 0.0 - push, no_moment),
-        )
-
     return Equilibrium(
         winding=0,
         side=way,
         inflections=mode - 1,
         branch="inflexional",
-        energy_per_EI=mode**2 * arch.energy_ratio / solved.length,
-        draw=draw,
+        energy_per_EI=mode**2 * solved.arch.energy_ratio / solved.length,
+        draw=partial(_draw, solved, mode, Placement(origin, axis, -way * side)),
         judge=judged,
         diameter=cable.diameter,
     )
+
+
+def _draw(solved: Pinned, mode: int, placement: Placement) -> Shape:
+    """The shape of a mode, its first arch on the side of -e2."""
+    arch, omega = solved.arch, mode * solved.omega
+    # Starting a quarter wave before the crest, psi rises from -beta_0.
+    centreline = Centreline([Inflexional(placement, solved.length, omega, arch.m, arch.m1, -arch.K)])
+    frames = centreline.frames([0.0, solved.length])
+    push, no_moment = omega**2 * placement.e1, np.zeros(3)
+    return Shape(
+        centreline,
+        EndState(frames.position[0], frames.tangent[0], push, no_moment),
+        EndState(frames.position[1], frames.tangent[1], 0.0 - push, no_moment),
+    )
+
+
+@dataclass(frozen=True)
+class _Verdict:
+    """The stability of a mode, found once for both twins when it is asked for."""
+
+    solved: Pinned
+    mode: int
+
+    def __call__(self) -> Stability:
+        return self._found
+
+    @cached_property
+    def _found(self) -> Stability:
+        return _judge(self.solved, self.mode)
 
 
 def _judge(solved: Pinned, mode: int) -> Stability:

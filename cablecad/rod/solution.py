@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
@@ -74,10 +74,10 @@ class Equilibrium:
     inflections: int
     branch: str
     energy_per_EI: float
-    draw: Callable[[], Shape]
-    judge: Callable[[], Judged]
+    draw: Callable[[], Shape] = field(repr=False)
+    judge: Callable[[], Judged] = field(repr=False)
     diameter: float
-    trace: Trace | None = None
+    trace: Trace | None = field(default=None, repr=False)
     kappa_max: float | None = None
 
     @cached_property
@@ -158,12 +158,41 @@ class RodSolution:
     length: float
     chord: float
     slack: float | None
-    measure_rise: Callable[[], float]
-    measure_end_angle: Callable[[], float | None]
-    measure_residual: Callable[[], float]
+    measure_rise: Callable[[], float] = field(repr=False)
+    measure_end_angle: Callable[[], float | None] = field(repr=False)
+    measure_residual: Callable[[], float] = field(repr=False)
     out_of_plane_deg: float = 0.0
     notes: tuple[str, ...] = ()
-    find_notes: Callable[[], tuple[str, ...]] | None = None
+    find_notes: Callable[[], tuple[str, ...]] | None = field(default=None, repr=False)
+
+    def __str__(self) -> str:
+        """What the user wants to know of it: the line that `cablecad solve` prints, violations and warnings below."""
+        violations = [violation.message for violation in self.violations]
+        return "\n".join([self.summary, *(f"  warning: {said}" for said in [*violations, *self.warnings])])
+
+    @property
+    def summary(self) -> str:
+        """The shape on one line, as `cablecad solve` prints it."""
+        radius = self.bend_radius_min
+        parts = [
+            f"{self.cable.name}: solved",
+            f"{self.model} ({self.equilibrium.branch})",
+            f"length {self.length:.7g} mm",
+            f"chord {self.chord:.7g} mm",
+            "no bend"
+            if radius is None
+            else f"least bend radius {radius:.7g} mm at s = {self.bend_radius_min_at:.7g} mm",
+        ]
+        if self.EI is not None:
+            force = self.EI * float((self.equilibrium.end.force_per_EI**2).sum() ** 0.5)
+            parts.append(f"end force {force:.7g} N")
+        if not self.stability.stable_in_plane:
+            parts.append("unstable")
+        elif not self.stability.stable_out_of_plane:
+            parts.append("stable only in its plane")
+        else:
+            parts.append("stable")
+        return ", ".join(parts)
 
     @property
     def equilibrium(self) -> Equilibrium:

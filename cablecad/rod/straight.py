@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 
@@ -23,10 +24,6 @@ def solve_straight(cable: Cable, start: Array, end: Array, *, length: float, rea
     supports = (cable.start_support, cable.end_support)
     held = [isinstance(support, Clamp) for support in supports]
 
-    def judge() -> Stability:
-        found = stability(np.zeros_like, np.zeros_like, (0.0, 0.0), start_clamped=held[0], end_clamped=held[1])
-        return Stability(float(found.in_plane), float(found.out_of_plane), bool(found.free_turn), found.spin)
-
     centreline = Centreline([piece])
     line = Equilibrium(
         winding=0,
@@ -34,12 +31,13 @@ def solve_straight(cable: Cable, start: Array, end: Array, *, length: float, rea
         inflections=0,
         branch="line",
         energy_per_EI=0.0,
-        draw=lambda: Shape(
+        draw=partial(
+            Shape,
             centreline,
             EndState(start, axis, nothing, nothing),
             EndState(centreline.position(chord)[0], axis, nothing, nothing),
         ),
-        judge=judge,
+        judge=partial(_judge, *held),
         diameter=cable.diameter,
     )
     unmet = float(np.linalg.norm(line.end.position - end)) / chord
@@ -56,7 +54,12 @@ def solve_straight(cable: Cable, start: Array, end: Array, *, length: float, rea
         length=length,
         chord=chord,
         slack=(length - chord) / chord,
-        measure_rise=lambda: 0.0,
-        measure_end_angle=lambda: 0.0,
-        measure_residual=lambda: unmet,
+        measure_rise=partial(float, 0.0),
+        measure_end_angle=partial(float, 0.0),
+        measure_residual=partial(float, unmet),
     )
+
+
+def _judge(start_clamped: bool, end_clamped: bool) -> Stability:
+    found = stability(np.zeros_like, np.zeros_like, (0.0, 0.0), start_clamped=start_clamped, end_clamped=end_clamped)
+    return Stability(float(found.in_plane), float(found.out_of_plane), bool(found.free_turn), found.spin)

@@ -27,6 +27,9 @@ class Trace:
     among: Equilibria = field(repr=False, compare=False)
     place: int = 0
 
+    def __reduce__(self) -> tuple[object, ...]:
+        return Trace, (self.span, self.row)  # pickled or copied without all the others
+
     @cached_property
     def row(self) -> Equilibria:
         """The equilibrium of a rod of length one, a single row: a slice of all, whose arrays it shares."""

@@ -122,9 +122,9 @@ def solution_of(
         length=length,
         chord=chord,
         slack=None if chord == 0.0 else cable.slack if cable.slack is not None else (length - chord) / chord,
-        measure_rise=lambda: rise_of(chosen.centreline, begin, finish),
-        measure_end_angle=lambda: _end_angle(chosen.start.direction, finish - begin),
-        measure_residual=lambda: _residual(chosen, span, begin, finish, length),
+        measure_rise=partial(_rise, chosen, begin, finish),
+        measure_end_angle=partial(_end_angle, chosen, finish - begin),
+        measure_residual=partial(_residual, chosen, span, begin, finish, length),
         out_of_plane_deg=math.degrees(span.out_of_plane),
     )
 
@@ -192,7 +192,12 @@ def _residual(chosen: Equilibrium, span: Span, begin: Array, finish: Array, leng
     return max(unmet)
 
 
-def _end_angle(tangent: Array, chord: Array) -> float | None:
+def _rise(chosen: Equilibrium, begin: Array, finish: Array) -> float:
+    return rise_of(chosen.centreline, begin, finish)
+
+
+def _end_angle(chosen: Equilibrium, chord: Array) -> float | None:
     if not chord.any():
         return None
+    tangent = chosen.start.direction
     return math.degrees(math.atan2(float(np.linalg.norm(np.cross(tangent, chord))), float(tangent @ chord)))
