@@ -161,7 +161,9 @@ class Pinned:
             case "angle_deg":
                 return math.degrees(self.arch.angle)
             case "slack":
-                return self.arch.excess_ratio / (1.0 - self.arch.excess_ratio)
+                excess = self.arch.excess_ratio
+                # Of nearly straight cables the one keeps its digits, of those whose ends nearly meet the other.
+                return excess / (1.0 - excess) if excess < 0.5 else (self.length - self.chord) / self.chord
             case "force":
                 return math.nan if EI is None else EI * self.omega**2
             case _:

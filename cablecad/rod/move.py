@@ -18,6 +18,7 @@ from cablecad.model import Cable, Clamp, Pin, Port, Toward, Vector, unit
 from cablecad.rod.elastica import Inflexional
 from cablecad.rod.equilibria import Equilibria
 from cablecad.rod.follow import follow_planar
+from cablecad.rod.pinned import first_arch
 from cablecad.rod.solution import RodSolution
 from cablecad.rod.solve import solve_rod
 from cablecad.rod.span import Span, span_of
@@ -75,7 +76,7 @@ def move_solution(
         bent = last.centreline.pieces[0]
         if not isinstance(bent, Inflexional):
             return solve_rod(cable)
-        x, y, z = (-bent.placement.e2).tolist()
+        x, y, z = (-bent.placement.e2 * first_arch(last.equilibrium.inflections + 1)).tolist()
         bulge, way = _side(last, cable, (x, y, z))
         anew = solve_rod(replace(cable, bulge=bulge, equilibrium=last.index - last.index % 2 + way))
         return replace(anew, cable=cable, reason=f"{last.reason}; followed")

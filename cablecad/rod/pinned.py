@@ -129,17 +129,25 @@ def _mode(
     axis: Array,
     side: Array,
 ) -> Equilibrium:
-    """One mode, its first arch towards `way` times the bulge."""
+    """One mode on the side `way` of the bulge."""
     return Equilibrium(
         winding=0,
         side=way,
         inflections=mode - 1,
         branch="inflexional",
         energy_per_EI=mode**2 * solved.arch.energy_ratio / solved.length,
-        draw=partial(_draw, solved, mode, Placement(origin, axis, -way * side)),
+        draw=partial(_draw, solved, mode, Placement(origin, axis, -way * first_arch(mode) * side)),
         judge=judged,
         diameter=cable.diameter,
     )
+
+
+def first_arch(mode: int) -> int:
+    """On which side the first arch of a mode lies, seen from that of the whole: 1, or -1 on the other.
+
+    The side is that of the middle, as of any cable; where the middle lies on the chord, that of the quarter point.
+    """
+    return -1 if mode == 3 else 1
 
 
 def _draw(solved: Pinned, mode: int, placement: Placement) -> Shape:

@@ -63,8 +63,12 @@ def test_equilibria_are_modes_with_twins() -> None:
         np.testing.assert_allclose(equilibrium.centreline.position(350.0)[0], [300, 0, 0], atol=1e-12)
         inner = equilibrium.centreline.curvature(np.linspace(0, 350, 1000)[1:-1])
         assert np.count_nonzero(np.diff(np.sign(inner))) == equilibrium.inflections
-    up, down = (e.centreline.points(50) for e in solution.equilibria[:2])
-    np.testing.assert_allclose(up * [1, 1, -1], down, atol=1e-12)
+        # Towards the bulge lies the middle, or where that is on the chord, the quarter point.
+        lies = equilibrium.centreline.position([87.5 if mode == 2 else 175.0])[0, 2]
+        assert np.sign(lies) == equilibrium.side
+    for first in (0, 2, 4):
+        up, down = (e.centreline.points(50) for e in solution.equilibria[first : first + 2])
+        np.testing.assert_allclose(up * [1, 1, -1], down, atol=1e-12)
 
 
 def test_equilibrium_is_chosen_by_index_and_by_key() -> None:

@@ -162,3 +162,33 @@ def test_moved_length_of_a_slack_cable_is_kept() -> None:
 def test_sensitivity_of_a_straight_cable_is_refused() -> None:
     with pytest.raises(UsageError, match="straight"):
         solve_rod(Cable("c", 1.0, Port((0, 0, 0)), Port((5, 0, 0)), length=5.0)).sensitivity()
+
+
+def pins(apart: float, **data) -> Cable:
+    return Cable("c", 0.01, Pin((0, 0, 0)), Pin((apart, 0, 0)), length=1.0, bulge=(0.0, 1.0, 0.0), **data)
+
+
+@pytest.mark.parametrize("apart", [0.3, 1e-4, 1e-6, 1e-8])
+def test_pins_next_to_each_other(apart: float) -> None:
+    """A move of the end across the chord turns the whole; the nearer the pins, the more."""
+    solution = solve_rod(pins(apart))
+    found = solution.sensitivity([0.1, 0.7])
+    x, y, _ = solution.position([0.1, 0.7]).T
+    across = found.points[:, :2, found.inputs.index("end_y")] * found.e2[1]
+    exact = np.stack([-y, x], axis=1) / apart
+    np.testing.assert_allclose(across, exact, atol=1e-7 * np.abs(exact).max())
+    assert solution.slack == pytest.approx((1.0 - apart) / apart, rel=1e-12)
+
+
+@pytest.mark.parametrize("apart", [0.0, 1e-13])
+def test_pins_at_one_point_have_no_derivatives(apart: float) -> None:
+    with pytest.raises(UsageError, match="its ends coincide"):
+        solve_rod(pins(apart)).sensitivity()
+
+
+@pytest.mark.parametrize("index", range(6))
+def test_derivatives_of_pinned_modes_are_those_of_their_own_twin(index: int) -> None:
+    solution, h = solve_rod(pins(0.6, equilibrium=index)), 1e-5
+    there, back = (solution.moved(length=1.0 + step).position([0.4 * (1.0 + step)])[0] for step in (h, -h))
+    found = solution.sensitivity([0.4]).points[0, :, 0]
+    np.testing.assert_allclose(found, (there - back) / (2.0 * h), atol=1e-7)

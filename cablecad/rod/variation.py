@@ -1,0 +1,148 @@
+"""The first variation of an elastica: what its angle does when its ends are moved, over panels as fine as it needs.
+
+With t = (cos theta, sin theta), v = (-sin theta, cos theta) and the force n an elastica has theta'' = -n.v. A neighbour
+of it is off by d, at the force n + f, with
+
+    d'' = (n.t) d - f.v,    int d v ds = the move of the end,    d given at a clamp, d' = 0 at a pin,
+
+which is solved in its weak form: int d' w' + (n.t) d w - (f.v) w ds = [d' w] for all w. At a clamp that form gives the
+change of the curvature too, as accurately as an energy: twice the digits of d itself.
+
+Nothing here is discretised but d: theta comes from the exact curve.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from cablecad.errors import UsageError
+from cablecad.rod.trial import PANEL_MODES, Array, gauss_legendre, legendre, refine
+
+_POINTS = 22
+"""Gauss points a panel: they integrate products of three smooth factors to rounding."""
+
+_MOST_PANELS = 150
+"""Two thousand unknowns, a third of a second."""
+
+Curve = Callable[[Array], Array]
+
+
+@dataclass(frozen=True)
+class Variation:
+    """The change of a rod of length one by unit moves: of its end along x and y, of its angles at start and end.
+
+    The last axis of each array runs over these four.
+
+    Attributes:
+        force: Of n, shape (2, 4).
+        kappa0: Of the curvature at the start, shape (4,); 0 at a pin.
+        kappa1: The same at the end.
+        theta0: Of the angle at the start, shape (4,).
+        theta: The rod's angle.
+        breaks: Where panels begin and end, shape (panels + 1,).
+        angles: Of the angle, by the functions of each panel, shape (panels, functions, 4).
+    """
+
+    force: Array
+    kappa0: Array
+    kappa1: Array
+    theta0: Array
+    theta: Curve
+    breaks: Array
+    angles: Array
+
+    def moved(self, s: Array) -> Array:
+        """The change of the points at some shares of the length, shape (k, 2, 4): int_0^s v d ds."""
+        panel = np.clip(np.searchsorted(self.breaks, s, side="right") - 1, 0, len(self.breaks) - 2)
+        whole = self._integrals(np.arange(len(self.breaks) - 1), np.diff(self.breaks))
+        before = np.concatenate([np.zeros((1, 2, 4)), np.cumsum(whole, axis=0)])
+        moved: Array = before[panel] + self._integrals(panel, s - self.breaks[panel])
+        return moved
+
+    def _integrals(self, panels: np.ndarray, lengths: Array) -> Array:
+        """int v d ds over the first `lengths` of some panels, shape (k, 2, 4)."""
+        if not len(panels):
+            return np.zeros((0, 2, 4))
+        node, weight = gauss_legendre(_POINTS)
+        width = np.diff(self.breaks)[panels]
+        inside = node * (lengths / width)[:, None]
+        theta = self.theta((self.breaks[panels, None] + width[:, None] * inside).ravel()).reshape(inside.shape)
+        values = _functions(inside.ravel())[0].reshape(*inside.shape, -1)
+        angle = (values @ self.angles[panels]) * (lengths[:, None] * weight)[..., None]
+        across = np.stack([-np.sin(theta), np.cos(theta)], axis=1)
+        integrals: Array = across @ angle
+        return integrals
+
+
+def vary(theta: Curve, kappa: Curve, force: Array, *, start_clamped: bool, end_clamped: bool) -> Variation:
+    """Find how an elastica of length one answers moves of its ends.
+
+    Args:
+        theta: Its angle at an array of shares of the length.
+        kappa: Its curvature there.
+        force: n, shape (2,).
+        start_clamped: Whether the angle is held at the start; else it is a pin, whose angle is no input.
+        end_clamped: Whether it is at the end.
+
+    Raises:
+        UsageError: The shape is too sharp, straight, or exactly at a fold.
+    """
+    omega = float(np.hypot(*force)) ** 0.5
+    breaks = np.array(refine(lambda s: np.maximum(np.abs(kappa(s)), omega), omega=omega))
+    panels = len(breaks) - 1
+    if panels > _MOST_PANELS:
+        raise UsageError(
+            f"the shape is too sharp for derivatives: it would take {panels} panels to resolve its bends, "
+            f"{_MOST_PANELS} are the most"
+        )
+    node, weight = gauss_legendre(_POINTS)
+    values, slopes = _functions(node)
+    width = np.diff(breaks)
+    angle = theta((breaks[:-1, None] + width[:, None] * node).ravel()).reshape(panels, -1)
+    cosine, sine = np.cos(angle), np.sin(angle)
+    weights = width[:, None] * weight
+    local = (slopes.T * weight) @ slopes / width[:, None, None]
+    local += values.T @ ((weights * (force[0] * cosine + force[1] * sine))[..., None] * values)
+    pull = np.stack([-(weights * sine) @ values, (weights * cosine) @ values], axis=-1)
+    # Functions of the panels, one after the other, then hats between them, of which each panel has two.
+    own = np.arange(panels * PANEL_MODES).reshape(panels, -1)
+    hats = panels * PANEL_MODES + np.arange(panels)[:, None] + np.arange(2)
+    place = np.concatenate([own, hats], axis=1)
+    count = panels * PANEL_MODES + panels + 1
+    form, across = np.zeros((count, count)), np.zeros((count, 2))
+    np.add.at(form, (place[:, :, None], place[:, None, :]), local)
+    np.add.at(across, place, pull)
+    first, last = panels * PANEL_MODES, count - 1
+    free = np.ones(count, bool)
+    free[[first, last]] = not start_clamped, not end_clamped
+    system = np.zeros((int(free.sum()) + 2,) * 2)
+    system[:-2, :-2], system[:-2, -2:] = form[np.ix_(free, free)], -across[free]
+    system[-2:, :-2] = across[free].T
+    right, field = np.zeros((len(system), 4)), np.zeros((count, 4))
+    right[-2:, :2] = np.eye(2)
+    for i, (held, hat) in enumerate(((start_clamped, first), (end_clamped, last)), 2):
+        if held:
+            right[:-2, i], right[-2:, i] = -form[free, hat], -across[hat]
+            field[hat, i] = 1.0
+    try:
+        answer = np.linalg.solve(system, right)
+    except np.linalg.LinAlgError:
+        raise UsageError("the shape is straight or at a fold, where a change of the ends has no derivative") from None
+    field[free], change = answer[:-2], answer[-2:]
+    ends = form[[first, last]] @ field - across[[first, last]] @ change
+    kappa0, kappa1 = np.zeros((2, 4))
+    if start_clamped:
+        kappa0 = -ends[0]
+    if end_clamped:
+        kappa1 = ends[1]
+    return Variation(np.asarray(change, dtype=np.float64), kappa0, kappa1, field[first], theta, breaks, field[place])
+
+
+def _functions(share: Array) -> tuple[Array, Array]:
+    """A panel's functions at shares of it, and their slopes by the share: polynomials that vanish at its ends, hats."""
+    polynomial, integral = legendre(share, PANEL_MODES)
+    one = np.ones_like(share)
+    return np.column_stack([integral, 1.0 - share, share]), np.column_stack([polynomial, -one, one])
