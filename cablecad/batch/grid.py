@@ -79,6 +79,7 @@ def grid_rows(scene: str | PathLike[str], axes: Sequence[str], *, source: str = 
         for other, _ in found:
             if overlaps(target, other):
                 mistakes.append(Mistake(target.name, f"names what {other.name} names too, or a part of it; keep one"))
+        values = tuple(_fitting(base, target, value) for value in values)
         found.append((target, values))
         for value in values:
             mistakes += [mistake.under(target.name) for mistake in clean_value(value)[1]]
@@ -89,6 +90,12 @@ def grid_rows(scene: str | PathLike[str], axes: Sequence[str], *, source: str = 
     if mistakes:
         raise SceneError(mistakes, source=source)
     return rows
+
+
+def _fitting(base: RawScene, target: Target, value: Any) -> Any:
+    """A value as it may stand at a place: where a float may not, one that is whole does as a whole number."""
+    whole = isinstance(value, float) and value.is_integer()
+    return int(value) if whole and base.overridden([(target, value)]).type_mistakes() else value
 
 
 def _values(text: str, *, is_text: bool) -> tuple[Any, ...]:

@@ -101,8 +101,8 @@ def nearest_port(shape: TopoDS_Shape, near: Vector, features: Sequence[Feature] 
     ]
     if len(rivals) > 1:
         problem = (
-            f"{len(rivals)} ports are as near: {_listed(rivals)}; move the point clearly to the one that is meant, or "
-            "write position and outward instead"
+            f"{len(rivals)} ports are as near, in the part's own coordinates: {_listed(rivals)}; move the point "
+            "clearly to the one that is meant, or name it under the part's ports by its position and outward"
         )
         raise _no_port(near, problem)
     return chosen

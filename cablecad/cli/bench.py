@@ -83,13 +83,20 @@ def bench(quick: bool, folder: Path | None, names: tuple[str, ...]) -> int:
 
 
 def _make(folder: Path) -> None:
-    """Make the folder before any work is done."""
+    """Make the folder, and see that files can be written into it, before any work is done."""
+    from tempfile import TemporaryFile
+
     from cablecad.errors import ExchangeError
 
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ExchangeError(f"folder {folder} cannot be made: {error.strerror}; choose another") from error
+    try:
+        with TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise ExchangeError(f"folder {folder} cannot be written to: {error.strerror}; choose another") from error
 
 
 def _draw(result: StageResult, folder: Path) -> None:

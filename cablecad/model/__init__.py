@@ -19,15 +19,17 @@ from cablecad.model.scene import (
     tolerance_mistakes,
 )
 from cablecad.model.section import Material, Section, material_mistakes
-from cablecad.model.values import COLOR, RANGES, Range, Vector, unit
+from cablecad.model.values import COLOR, LARGEST, RANGES, SMALLEST, Range, Vector, unit
 
 __all__ = [
     "COLOR",
+    "LARGEST",
     "LEAST_TOLERANCE",
     "LENGTH_DATA",
     "PINNED_DATA",
     "RANGES",
     "SHAPE_TOLERANCE",
+    "SMALLEST",
     "Cable",
     "Clamp",
     "EquilibriumKey",

@@ -194,7 +194,7 @@ def _cable_value(key: str, value: object) -> Iterator[Mistake]:
         if value != "shortest":
             yield Mistake(key, 'must be a number of mm or "shortest"', value)
     else:
-        yield from number_mistakes(key, value, RANGES.get(key, ANY_NUMBER), sized=key not in ("slack", "angle_deg"))
+        yield from number_mistakes(key, value, RANGES.get(key, ANY_NUMBER), sized=True)
 
 
 def _need_mistakes(known: Mapping[str, object], present: Set[str]) -> Iterator[Mistake]:

@@ -122,7 +122,7 @@ class Part(Checked):
     def _mistakes(self) -> Iterator[Mistake]:
         yield from text_mistakes("name", self.name)
         if self.step == Path() or "\0" in str(self.step):
-            yield Mistake("step", "must be the path of a STEP file", self.step)
+            yield Mistake("step", "must be the path of a STEP file", str(self.step))
         yield from vector_mistakes("position", self.position)
         yield from port_name_mistakes([port.name for port in self.ports])
 

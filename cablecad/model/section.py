@@ -100,8 +100,11 @@ def material_mistakes(given: Mapping[str, object], unreadable: Collection[str] =
     present = {*known, *unreadable}
     for key, value in known.items():
         yield from number_mistakes(key, value, RANGES[key], sized=key != "poissons_ratio")
-    if len({"youngs_modulus", "bending_stiffness"} & present) != 1:
+    stiffness = {"youngs_modulus", "bending_stiffness"} & present
+    if len(stiffness) == 2:
         yield Mistake("", "give either youngs_modulus or bending_stiffness, and not both")
+    elif not stiffness:
+        yield Mistake("", "needs youngs_modulus [MPa], or bending_stiffness [N mm^2] as measured on the cable")
     if "poissons_ratio" in known:
         if "torsional_stiffness" in present:
             problem = "give either poissons_ratio or torsional_stiffness, and not both"

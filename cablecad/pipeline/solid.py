@@ -12,7 +12,7 @@ from itertools import repeat
 from typing import TYPE_CHECKING, NamedTuple, ParamSpec
 
 from cablecad.errors import CablecadError, GeometryError, InvalidTubeError, Mistake, SceneError
-from cablecad.model import Toward, tolerance_floor
+from cablecad.model import Clamp, Toward, tolerance_floor
 from cablecad.pipeline.cable import solve
 from cablecad.pipeline.clock import timed
 from cablecad.report import CableOutcome
@@ -32,6 +32,9 @@ WORST_DEVIATION = 1.0 / 20.0
 
 _LEAST_RADIUS = 1e-6
 """Of a solid [mm]: Open Cascade takes points within 1e-7 mm for one, and loses much thinner ones when it reads STEP."""
+
+_LEAST_STRAIGHT = 1e-6
+"""Of a solid's piece [mm]: a shorter one may be valid here and not in what is read of the file."""
 
 _ROOM = 4.0
 """Self-gaps of more deviations than this need not be measured again on the fit: its own is less by two at most."""
@@ -198,6 +201,13 @@ def _usable_tolerance(outcome: CableOutcome, solution: RodSolution, tolerance: f
         )
         raise SceneError([Mistake(place, problem, cable.diameter)])
     supports = (cable.start_support, cable.end_support)
+    for key, support in zip(("start", "end"), supports, strict=True):
+        if isinstance(support, Clamp) and 0.0 < support.straight < _LEAST_STRAIGHT:
+            problem = (
+                "is too short for a solid, for Open Cascade takes points within 1e-7 mm for one: "
+                f"{_LEAST_STRAIGHT:g} mm is the least; leave it out"
+            )
+            raise SceneError([Mistake(f"cables.{cable.name}.{key}.straight", problem, support.straight)])
     reach = max(abs(x) for support in supports if not isinstance(support, Toward) for x in support.position)
     floor = tolerance_floor(reach + solution.length)
     if tolerance < floor:

@@ -18,6 +18,10 @@ from cablecad.rod.trial import Array
 
 _TURN = 2.0 * np.pi
 
+_TAUT_NOISE = 1e-7
+"""Share of omega^2 below which a margin of a taut cable is rounding and counts as none: 6e-9 was seen, of a clamp that
+is turned exactly backwards, whose layer turns about the pull freely."""
+
 FEW = 24
 """Of so few solutions the verdicts in the plane come from eigenvalues of the search's own modes: fewer calls."""
 
@@ -211,6 +215,8 @@ def _taut_margins(pulled: Taut, problem: Problem) -> tuple[Array, Array, np.ndar
             chord=_chord(problem.excess[one.scene])[0],
         )
         inside[i], outside[i], free[i] = judged.in_plane, judged.out_of_plane, judged.free_turn
+    for margins in (inside, outside):
+        margins[np.abs(margins) < _TAUT_NOISE * w**2] = 0.0
     return inside, outside, free
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 
-from cablecad.errors import CablecadError, Mistake, SceneError, SolveError
-from cablecad.model import Cable, Toward
+from cablecad.errors import CablecadError, Mistake, SceneError, SolveError, UsageError
+from cablecad.model import LARGEST, Cable, Toward
 from cablecad.rod.select import select_model
 from cablecad.rod.solution import RodSolution
 from cablecad.rod.straight import solve_straight
@@ -49,7 +50,12 @@ def solve_many(cables: Sequence[Cable], *, search: Search = "answer") -> list[Ro
 
     Returns:
         For each cable its solution, or the error that `solve_rod` would raise; a bad cable costs no other.
+
+    Raises:
+        UsageError: There is no such search.
     """
+    if search not in get_args(Search):
+        raise UsageError(f"no search {search!r}; take one of {', '.join(get_args(Search))}")
     results: list[RodSolution | CablecadError] = [SolveError("not solved")] * len(cables)
     together: list[int] = []
     lengths: list[float] = []
@@ -96,6 +102,9 @@ def _length(cable: Cable) -> tuple[float | None, str]:
     chord = float(np.linalg.norm(np.subtract(end.position, cable.start_support.position)))
     if chord == 0.0:
         problem = "is a share of the distance of the ends, which coincide here; give the length"
+        raise SceneError([Mistake("slack", problem, cable.slack)])
+    if chord * (1.0 + cable.slack) >= LARGEST:
+        problem = f"makes the cable longer than the {LARGEST:g} mm that can be computed with; give less"
         raise SceneError([Mistake("slack", problem, cable.slack)])
     if cable.is_pinned:
         return None, ""

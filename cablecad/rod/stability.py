@@ -335,8 +335,9 @@ def restricted(form: Array, rows: Array) -> Array:
         for _ in range(2 if i else 0):  # twice is enough: the second pass removes what rounding left of the first
             row = row - ((row[..., None, :] @ np.swapaxes(unit[..., :i, :], -1, -2)) @ unit[..., :i, :])[..., 0, :]
         left = np.sqrt(np.einsum("...i,...i->...", row, row)) if i else sizes[..., 0]
-        # A row that lost all but a few units of rounding depends on those before it; 1e-30 is zero itself.
-        good = left > np.maximum(1e-14 * sizes[..., i], 1e-30)
+        # A row that lost all but a few units of rounding depends on those before it. A hair of slack makes for a short
+        # one; what has no square is zero.
+        good = left > np.maximum(1e-14 * sizes[..., i], 1e-150)
         unit[..., i, :] = row * np.where(good, 1.0 / np.where(good, left, 1.0), 0.0)[..., None]
     across = np.swapaxes(unit, -1, -2)
     image = form @ across

@@ -8,7 +8,7 @@ No key is required, so that a file can be read in spite of its mistakes.
 
 from __future__ import annotations
 
-from cablecad.model import COLOR, LEAST_TOLERANCE, RANGES, SHAPE_TOLERANCE
+from cablecad.model import COLOR, LARGEST, LEAST_TOLERANCE, RANGES, SHAPE_TOLERANCE, SMALLEST
 from cablecad.scene.keys import (
     FLAG,
     NUMBER,
@@ -32,12 +32,16 @@ FORMAT = 1
 def _range(key: str) -> JsonDict:
     """The range of a number as JSON Schema says it."""
     above, least, below, most = RANGES[key]
+    if above == 0.0:
+        above = SMALLEST
+    if below is None and most is None:
+        below = LARGEST
     bounds = {"exclusiveMinimum": above, "minimum": least, "exclusiveMaximum": below, "maximum": most}
     return {keyword: bound for keyword, bound in bounds.items() if bound is not None}
 
 
-# A text of which something is seen, on one line.
-_NAME = {"pattern": r"^[^\x00-\x1f\x7f]*[^\x00-\x1f\x7f\s][^\x00-\x1f\x7f]*$"}
+# A text on one line, without blanks around it.
+_NAME = {"pattern": r"^[^\x00-\x1f\x7f\s]([^\x00-\x1f\x7f]*[^\x00-\x1f\x7f\s])?$"}
 # JSON Schema has no norm: an axis has a component that is not zero.
 _AXIS = {"contains": {"not": {"const": 0}}}
 

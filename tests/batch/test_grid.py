@@ -43,6 +43,7 @@ def test_both_ends_of_a_range_are_met(scene):
         ("cables.W1.length=300", [300]),
         ("cables.W1.length=300:300:1", [300.0]),
         ("cables.W1.allow_contact=true,false", [True, False]),
+        ("cables.W1.equilibrium=0:2:3", [0, 1, 2]),
     ],
 )
 def test_lists(scene, axis, values):
@@ -55,6 +56,7 @@ def test_lists(scene, axis, values):
     [
         (["cables.W1.length"], "write it as NAME=START:STOP:COUNT"),
         (["cables.W1.length="], "has no values"),
+        (["cables.W1.equilibrium=0:1:3"], "= 0.5: must be an index such as 0"),
         (["cables.W1.length=300:400:0"], "must be a whole number from 1 to 10000000"),
         (["cables.W1.length=300:400:2.5"], "must be a whole number from 1 to 10000000"),
         (["cables.W1.length=300:400:99999999"], "must be a whole number from 1 to 10000000"),

@@ -114,6 +114,17 @@ def test_a_folder_that_cannot_be_made_is_refused_before_any_work(cli, here, monk
     assert (here / "taken").read_text() == "a file"
 
 
+def test_a_folder_that_cannot_be_written_to_is_refused_before_any_work(cli, here, monkeypatch):
+    def refused(**_):
+        raise PermissionError(13, "Permission denied")
+
+    given(monkeypatch, points=lambda: pytest.fail("work was done"))
+    monkeypatch.setattr("tempfile.TemporaryFile", refused)
+    ended = cli("bench", "--only", "points", "-o", "figures")
+    assert (ended.code, ended.out) == (5, "")
+    assert "folder figures cannot be written to: Permission denied; choose another" in ended.err
+
+
 def test_a_run_that_is_broken_off_leaves_the_stages_that_are_done(cli, monkeypatch, here):
     def interrupt():
         raise KeyboardInterrupt

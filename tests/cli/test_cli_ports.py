@@ -123,7 +123,7 @@ def test_what_is_not_clear_is_one_scene_error(cli, here):
         lines = ended.err.splitlines()
         assert lines[0] == "error: loom.toml: 2 mistakes"
         assert lines[1].startswith(
-            "  cables.W1.start.near = [-3.0, 0.0, 0.0]: 2 ports are as near: circular edge of rad"
+            "  cables.W1.start.near = [-3.0, 0.0, 0.0]: 2 ports are as near, in the part's own coordinates: circular"
         )
         assert "outward [1, 0, 0], 0 mm away; circular edge" in lines[1]
         assert lines[2].startswith("  cables.W1.end.near = [500.0, 0.0, 0.0]: is 500 mm away from every feature")

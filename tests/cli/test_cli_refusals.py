@@ -367,6 +367,20 @@ def test_a_cable_too_thin_for_a_solid(cli, here, diameter, far, said):
     assert names(here) == ["scene.toml"]
 
 
+@pytest.mark.parametrize("end", ["start", "end"])
+@pytest.mark.parametrize(("straight", "good"), [("5e-8", False), ("1e-9", False), ("1e-6", True), ("0", True)])
+def test_a_straight_too_short_for_a_solid(cli, here, end, straight, good):
+    y = {"start": 0, "end": 120}[end]
+    port = f"{{ position = [0, {y}, 0], outward = [0, 0, 1], straight = {straight} }}"
+    path = write(here / "scene.toml", scene(cable(**{end: port})))
+    assert cli("solve", path).code == 0
+    if good:
+        assert cli(*COMMANDS["build"], path).code == 0
+        return
+    said = f"cables.W1.{end}.straight = {float(straight)!r}: is too short for a solid"
+    assert_refused(cli(*COMMANDS["build"], path), 2, [said, "leave it out"])
+
+
 # --- several failures at once ----------------------------------------------------------------------------------------
 
 CONTRADICTING = cable("odd", rise="50")

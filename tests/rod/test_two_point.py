@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from cablecad.errors import InfeasibleError, NotPlanarError, SceneError
+from cablecad.errors import InfeasibleError, NotPlanarError, SceneError, UsageError
 from cablecad.model import Cable, Clamp, EquilibriumKey, Material, Pin, Port
 from cablecad.rod.quadrature import integrate_tangent
 from cablecad.rod.solve import solve_many, solve_rod
@@ -272,6 +272,46 @@ def test_a_semicircle_is_a_circle_however_it_lies(turn) -> None:
     end = (2.0 * size / math.pi * cosine, 2.0 * size / math.pi * sine, 0.0)
     clamps = Clamp((0, 0, 0), (-sine, cosine, 0)), Clamp(end, (sine, -cosine, 0))
     assert solve_rod(Cable("c", 0.1, *clamps, length=size)).equilibrium.branch == "circle"
+
+
+@pytest.mark.parametrize("slack", [1e-20, 1e-59, 1e-61, 1e-99])
+@pytest.mark.parametrize("held", [True, False])
+def test_a_hair_of_slack_is_as_stable_as_a_straight_cable(slack, held) -> None:
+    """The buckled beam: its margins tend to (k pi)^2 - (j pi)^2 of the modes k above its own, j."""
+    ends = [Clamp((0, y, 0), (0, 1, 0)) if held else Pin((0, y, 0)) for y in (0, 120)]
+    solution = solve_rod(Cable("c", 4.0, *ends, slack=slack))
+    # Between clamps the antisymmetric mode, tan(x) = x, is next; between pins the second.
+    margin = 4.0 * (4.493409457909064**2 - math.pi**2) if held else 3.0 * math.pi**2
+    assert solution.stability.in_plane == pytest.approx(margin, rel=1e-6)
+    assert solution.stability.stable_out_of_plane
+
+
+def test_slack_beyond_what_can_be_computed_with_is_refused() -> None:
+    ends = Pin((0, 0, 0)), Pin((0, 1e60, 0))
+    for slack in (1e-150, 1e154, 1e200):
+        with pytest.raises(SceneError, match=r"slack = .*must be 0 or between"):
+            Cable("c", 4.0, *ends, slack=slack)
+    with pytest.raises(SceneError, match=r"slack = .*longer than the 1e"):
+        solve_rod(Cable("c", 4.0, *ends, slack=1e60))
+
+
+def test_an_unknown_search_is_refused() -> None:
+    with pytest.raises(UsageError, match="no search 'Wide'; take one of answer, wide"):
+        solve_rod(Cable("c", 4.0, Pin((0, 0, 0)), Pin((0, 90, 0)), length=100.0), search="Wide")  # type: ignore[arg-type]
+
+
+def test_a_clamp_turned_backwards_may_turn_about_the_pull() -> None:
+    """Of a taut cable such a layer costs the same in any plane: no margin, however the cable is turned round."""
+    gap, first, last = 100.0 * 0.999999999951528, 1.570796411283643, 3.141592653576694
+    one, other = ((math.cos(angle), math.sin(angle), 0.0) for angle in (first, last))
+    back_one, back_other = ((-x, -y, 0.0) for x, y, _ in (one, other))
+    there = Clamp((0, 0, 0), one), Clamp((gap, 0, 0), other)
+    back = Clamp((gap, 0, 0), back_other), Clamp((0, 0, 0), back_one)
+    for ends in (there, back):
+        found = solve_rod(Cable("c", 0.4, *ends, length=100.0, bulge=(0.3, 1, 0))).stability
+        assert found.out_of_plane == 0.0
+        assert not found.stable_out_of_plane
+        assert found.stable_in_plane
 
 
 def test_a_length_below_rounding_is_refused() -> None:

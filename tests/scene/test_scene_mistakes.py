@@ -199,7 +199,7 @@ MISSING = {
         part('name = "plate"\nstep = "plate.step"\nrotation = { axis = [0, 0, 1] }'),
         {"parts.plate.rotation.angle_deg": "is missing; write the angle"},
     ),
-    "modulus": (material("mass_per_length = 0.02"), {"materials.pvc": "give either youngs_modulus or bending_stiff"}),
+    "modulus": (material("mass_per_length = 0.02"), {"materials.pvc": "needs youngs_modulus [MPa], or bending_stiff"}),
 }
 
 VALUES = {

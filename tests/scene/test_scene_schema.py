@@ -20,7 +20,7 @@ SCHEMA = scene_schema()
 TABLES = {"Scene": SCHEMA, **SCHEMA["$defs"]}
 KEYS = [(table, key) for table, schema in TABLES.items() for key in schema["properties"]]
 
-# What no schema can say: what ties one place of a file to another, and the numbers JSON cannot hold or tell apart.
+# What no schema can say: what ties one place of a file to another, and the numbers it does not tell apart.
 BEYOND = {
     "port: a part that is not there",
     "port: a part without ports",
@@ -44,13 +44,8 @@ BEYOND = {
     "missing: a datum with a scale",
     "missing: format 1.0",
     "type: equilibrium 1.0",
-    "type: a whole number beyond a double",
-    "type: a whole number no decimal can show",
     "value: a null in step",
     "type: nan",
-    "type: infinity",
-    "type: beyond a double",
-    "type: length infinite",
 }
 
 
@@ -102,7 +97,11 @@ def test_it_accepts_valid_scenes(text, validator):
     validator.validate(tomllib.loads(text))
 
 
-@pytest.mark.parametrize("name", sorted(set(BAD) - BEYOND))
+UNPRINTABLE = {"type: a whole number no decimal can show"}
+"""The validator refuses it and then fails at saying so."""
+
+
+@pytest.mark.parametrize("name", sorted(set(BAD) - BEYOND - UNPRINTABLE))
 def test_it_rejects_bad_scenes(name, validator):
     assert not validator.is_valid(tomllib.loads(BAD[name][0]))
 
@@ -172,6 +171,37 @@ def test_ranges_of_schema_and_loader_are_one(key, value, fits, validator):
         parse_scene(json.dumps(scene))
     else:
         with pytest.raises(SceneError, match=rf"{key} = "):
+            parse_scene(json.dumps(scene))
+    assert validator.is_valid(scene) == fits
+
+
+@pytest.mark.parametrize("key", ["diameter", "slack", "rise", "force", "min_bend_radius", "length"])
+@pytest.mark.parametrize(("value", "fits"), [(1e-101, False), (1e-99, True), (1e99, True), (1e101, False)])
+def test_numbers_that_cannot_be_computed_with(key, value, fits, validator):
+    scene = tomllib.loads(pinned(head="[materials.pvc]\nbending_stiffness = 5\n", material='"pvc"'))
+    (wire,) = scene["cables"]
+    if key == "slack":
+        del wire["length"]
+    wire[key] = value
+    if fits:
+        parse_scene(json.dumps(scene))
+    else:
+        with pytest.raises(SceneError, match=rf"{key} = "):
+            parse_scene(json.dumps(scene))
+    assert validator.is_valid(scene) == fits
+
+
+@pytest.mark.parametrize(
+    ("name", "fits"),
+    [("W", True), ("W 1", True), ("Ä", True), (" W", False), ("W ", False), ("", False), ("a\nb", False)],
+)
+def test_names_of_schema_and_loader_are_one(name, fits, validator):
+    scene = tomllib.loads(cable())
+    scene["cables"][0]["name"] = name
+    if fits:
+        parse_scene(json.dumps(scene))
+    else:
+        with pytest.raises(SceneError, match="name"):
             parse_scene(json.dumps(scene))
     assert validator.is_valid(scene) == fits
 
