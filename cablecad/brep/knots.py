@@ -62,6 +62,10 @@ _REACH = 1
 _LEAST_DENSITY = 0.2
 """Least density of knots against the greatest: neighbouring spans stay of like length, and no feature is skipped."""
 
+_GROWTH = 0.1
+"""Where that would be many, far from the tightest bend of a taut cable, spans may grow: by this share from one to the
+next."""
+
 _LEAST_SPANS = 2.0
 """Spans of the gentlest piece."""
 
@@ -157,9 +161,21 @@ def _spread(density: Array) -> Array:
         np.maximum(wide[:, 1:], density[:, :-1], out=wide[:, 1:])
         np.maximum(wide[:, :-1], density[:, 1:], out=wide[:, :-1])
         density = wide
-    least = np.maximum(_LEAST_DENSITY * density.max(axis=1, keepdims=True), _LEAST_SPANS)
-    evened: Array = np.maximum(density, least)
+    least = np.minimum(_LEAST_DENSITY * density.max(axis=1, keepdims=True), _graded(density))
+    evened: Array = np.maximum(density, np.maximum(least, _LEAST_SPANS))
     return evened
+
+
+def _graded(density: Array) -> Array:
+    """The least densities, no less than these, from which a span is longer than the one beside it by `_GROWTH` at most.
+
+    Lengths of spans then grow by no more than that share of the way from anywhere.
+    """
+    grown = np.linspace(0.0, _GROWTH, density.shape[1])
+    length = 1.0 / density
+    forth = np.minimum.accumulate(length - grown, axis=1) + grown
+    back = (np.minimum.accumulate((length + grown)[:, ::-1], axis=1) - grown[::-1])[:, ::-1]
+    return np.asarray(1.0 / np.minimum(forth, back))
 
 
 class _Turning(NamedTuple):

@@ -18,7 +18,8 @@ from cablecad.brep.knots import DEGREE, KnotCount
 from cablecad.brep.spline import FittedPiece
 from cablecad.centreline import Arc, Array, Centreline, Line, Placement
 from cablecad.errors import GeometryError, UsageError
-from cablecad.model import tolerance_floor
+from cablecad.model import Cable, Clamp, tolerance_floor
+from cablecad.rod.solve import solve_rod
 
 EPS = 2.0**-52
 
@@ -154,7 +155,31 @@ def test_sharp_loop_in_a_long_cable() -> None:
         assert isinstance(piece, FittedPiece)
         greatest = max(float(np.linalg.norm(a - b, axis=1).max()) for a, b in side(piece, curve, 0.05, 97))
         assert greatest <= 1e-3
-        assert np.diff(piece.knots).max() < 6.0 * np.diff(piece.knots).min()
+        assert neighbours(piece) < 1.5
+        assert piece.spans < 150
+
+
+def neighbours(piece: FittedPiece) -> float:
+    """How many times as long as the one beside it a span is at most."""
+    spans = np.diff(piece.knots)
+    return float(np.maximum(spans[1:] / spans[:-1], spans[:-1] / spans[1:]).max())
+
+
+@pytest.mark.parametrize("slack", [1e-4, 1e-5, 1e-6, 1e-7])
+def test_the_straight_middle_of_a_taut_cable_takes_few_spans(slack: float, fits_made: list[int]) -> None:
+    """The bends at its ends shrink with the slack; spans grow away from them, and their number like a logarithm."""
+    lean = math.cos(0.6), math.sin(0.6)
+    ends = Clamp((0, 0, 0), (*lean, 0)), Clamp((1000, 0, 0), (lean[0], -lean[1], 0))
+    curve = solve_rod(Cable("c", 1e-4, *ends, slack=slack)).centreline
+    radius = 0.5 / curve.greatest_curvature()[0]
+    fit = fit_centreline(curve, radius, tolerance=radius / 20.0)
+    (piece,) = fit.pieces
+    assert isinstance(piece, FittedPiece)
+    assert len(fits_made) == 1
+    greatest = max(float(np.linalg.norm(a - b, axis=1).max()) for a, b in side(piece, curve, radius, 97))
+    assert greatest <= fit.tolerance
+    assert neighbours(piece) < 2.5
+    assert piece.spans < 25.0 * math.log(1000.0 / radius)
 
 
 def test_deviation_of_any_error() -> None:
