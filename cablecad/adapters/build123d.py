@@ -32,10 +32,10 @@ except ModuleNotFoundError as error:
         raise
     raise MissingDependencyError("build123d is not installed: pip install build123d") from error
 
-from cablecad.adapters.ends import End, asked_cable, held, keep_straight, known_end, port_of_frame, seen_from
+from cablecad.adapters.ends import End, asked_cable, held, keep_straight, known_end, seen_from
 from cablecad.adapters.results import CableResults, Results
 from cablecad.brep.ports import edge_port, face_port
-from cablecad.model import SHAPE_TOLERANCE, Pin, Port
+from cablecad.model import SHAPE_TOLERANCE, Pin, Port, port_of_frame
 from cablecad.pipeline import Built, build
 
 __all__ = ["Cable", "port"]

@@ -32,12 +32,12 @@ except ModuleNotFoundError as error:
         raise
     raise MissingDependencyError("CadQuery is not installed: pip install cadquery") from error
 
-from cablecad.adapters.ends import End, asked_cable, held, keep_straight, known_end, port_of_frame, seen_from
+from cablecad.adapters.ends import End, asked_cable, held, keep_straight, known_end, seen_from
 from cablecad.adapters.results import CableResults, Results
 from cablecad.brep.document import Color, Node, frame_of, part_frame
 from cablecad.brep.kernel import subshapes
 from cablecad.brep.ports import edge_port, face_port
-from cablecad.model import SHAPE_TOLERANCE, Pin, Port, Scene
+from cablecad.model import SHAPE_TOLERANCE, Pin, Port, Scene, port_of_frame
 from cablecad.pipeline import Built, build, make_scene
 from cablecad.scene import load_scene
 

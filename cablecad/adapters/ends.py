@@ -10,7 +10,6 @@ from dataclasses import replace
 from typing import Any
 
 from OCP.gp import gp_Dir, gp_Pnt, gp_Trsf
-from OCP.TopLoc import TopLoc_Location
 
 from cablecad.errors import UsageError
 from cablecad.model import Cable, Clamp, PartPort, Pin, Port, Toward, Vector
@@ -78,13 +77,6 @@ def keep_straight(new: End, old: object) -> End:
 
 def _has_axis(end: End) -> bool:
     return isinstance(end, Clamp) or (isinstance(end, Port) and end.outward is not None)
-
-
-def port_of_frame(location: TopLoc_Location) -> Port:
-    """The port at a frame: its origin, and its z axis as outward."""
-    frame = location.Transformation()
-    origin, (x, y, z) = frame.TranslationPart(), (frame.Value(row, 3) for row in (1, 2, 3))
-    return Port((origin.X(), origin.Y(), origin.Z()), (x, y, z))
 
 
 def seen_from(end: End, frame: gp_Trsf) -> End:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from cablecad.errors import Mistake, SceneError
-from cablecad.model.ends import Clamp, PartPort, Pin, Port, Toward
+from cablecad.model.ends import Clamp, PartPort, Pin, Port, Toward, as_end
 from cablecad.model.section import Material, Section, stiffness_mistakes
 from cablecad.model.values import (
     ANY_NUMBER,
@@ -61,8 +61,8 @@ class Cable(Checked):
     Attributes:
         name: Unique in a scene.
         diameter: [mm].
-        start: Clamp, Pin, Port or PartPort at arclength 0.
-        end: Clamp, Pin, Port, PartPort or Toward at arclength `length`.
+        start: Clamp, Pin, Port or PartPort at arclength 0; a `Location` or `Plane` of CadQuery or build123d is a Port.
+        end: Clamp, Pin, Port, PartPort or Toward at arclength `length`; or such a frame.
         length: [mm], or "shortest" for the least length that keeps `min_bend_radius`.
         slack: (length - chord) / chord, instead of `length`.
         chord: Distance of the ends [mm], signed along `Toward`.
@@ -97,7 +97,7 @@ class Cable(Checked):
     allow_contact: bool = False
 
     def __post_init__(self) -> None:
-        self._set(bulge=as_vector(self.bulge))
+        self._set(bulge=as_vector(self.bulge), start=as_end(self.start), end=as_end(self.end))
         super(Cable, self).__post_init__()
 
     def _mistakes(self) -> Iterator[Mistake]:

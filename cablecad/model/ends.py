@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 from cablecad.errors import Mistake
 from cablecad.model.values import RANGES, Checked, Vector, as_vector, number_mistakes, text_mistakes, vector_mistakes
@@ -163,3 +164,21 @@ class PartPort(Checked):
         else:
             yield Mistake("part", "says nothing of the place on it: give port or near", self.part)
         yield from number_mistakes("straight", self.straight, RANGES["straight"])
+
+
+_HOSTS, _FRAMES = ("cadquery", "build123d"), ("Location", "Plane")
+
+
+def as_end(value: Any) -> Any:
+    """A frame of CadQuery's or build123d's as a port, its z axis outward; anything else as it is."""
+    kind = type(value)
+    if kind.__module__.partition(".")[0] not in _HOSTS or kind.__name__ not in _FRAMES:
+        return value
+    return port_of_frame(value.wrapped if kind.__name__ == "Location" else value.location.wrapped)
+
+
+def port_of_frame(location: Any) -> Port:
+    """The port at an Open Cascade location: its origin, and its z axis as outward."""
+    frame = location.Transformation()
+    (x, px), (y, py), (z, pz) = ([float(frame.Value(row, column)) for column in (3, 4)] for row in (1, 2, 3))
+    return Port((px, py, pz), (x, y, z))

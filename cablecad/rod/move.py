@@ -14,7 +14,7 @@ import numpy as np
 
 from cablecad.centreline import Array
 from cablecad.errors import SolveError, UsageError
-from cablecad.model import Cable, Clamp, Pin, Port, Toward, Vector, unit
+from cablecad.model import Cable, Clamp, Pin, Port, Toward, Vector, as_end, unit
 from cablecad.rod.elastica import Inflexional
 from cablecad.rod.equilibria import Equilibria
 from cablecad.rod.follow import follow_planar
@@ -249,6 +249,7 @@ def _carried(vector: Vector, before: Vector, after: Vector) -> Vector:
 def _moved_cable(
     last: RodSolution, start: Clamp | Pin | Port | None, end: Clamp | Pin | Port | None, length: float | None
 ) -> Cable:
+    start, end = as_end(start), as_end(end)
     for place, moved in (("start", start), ("end", end)):
         if moved is not None and not isinstance(moved, Clamp | Pin | Port):
             raise UsageError(f"the moved {place} must be a Clamp, a Pin or a Port; got {moved!r}")

@@ -104,6 +104,16 @@ def test_what_no_end_may_be(name):
         port(make())
 
 
+def test_frames_are_ports_to_the_api_itself():
+    """Their z axis is outward, without any adapter."""
+    plane = Plane((1, 2, 3), z_dir=(0, 1, 0))
+    for frame in (plane, plane.location):
+        plain = cc.Cable("W", 4.0, frame, Location((0, 120, 4)), length=350.0)
+        assert plain.start.position == pytest.approx((1, 2, 3))
+        assert plain.start.outward == pytest.approx((0, 1, 0), abs=1e-15)
+        assert plain.end == cc.Port((0, 120, 4), (0, 0, 1))
+
+
 def test_ports_of_parts_that_are_placed_elsewhere():
     end = port(rims(plate_at())[-1], Location((1, 2, 3), (0, 90, 0)))
     np.testing.assert_allclose(end.position, (5, 2, 3), atol=1e-12)

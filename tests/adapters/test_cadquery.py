@@ -218,6 +218,30 @@ def test_straight_parts_stay_when_an_end_moves():
     assert (again.cable.start.straight, again.cable.end.straight) == (6.0, 9.0)
 
 
+@pytest.mark.parametrize(
+    "frame",
+    [
+        cq.Location((1, 2, 3), (10, 20, 30)),
+        cq.Plane((1, 2, 3), normal=(0.3, -0.2, 0.9)),
+        cq.Location(cq.Plane((1, 2, 3), (1, 0, 0), (0.3, -0.2, 0.9))),
+    ],
+)
+def test_frames_are_ports_to_the_api_itself(frame):
+    """Their z axis is outward, without any adapter."""
+    other = cq.Location((0, 120, 4))
+    plain = cc.Cable("W", 4.0, frame, other, length=350.0)
+    placed = frame if isinstance(frame, cq.Location) else frame.location
+    outward = (placed * cq.Location((0, 0, 1))).toTuple()[0] - np.array([1, 2, 3])
+    assert plain.start.position == pytest.approx((1, 2, 3))
+    assert plain.start.outward == pytest.approx(tuple(outward))
+    assert plain.end == cc.Port((0, 120, 4), UP)
+
+
+def test_a_solution_follows_frames():
+    solution = cc.solve(cc.Cable("W", 4.0, cq.Location((0, 0, 0)), cq.Location((0, 120, 0)), length=350.0))
+    assert solution.moved(end=cq.Location((0, 125, 0))).chord == pytest.approx(125.0)
+
+
 def test_moves_that_cannot_be_meant(wire):
     with pytest.raises(UsageError, match="call it twice"):
         wire.moved(cq.Location((0, 0, 1)), end=cq.Location((0, 125, 4)))
