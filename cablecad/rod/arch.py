@@ -27,7 +27,8 @@ AGREEMENT = 1e-6
 """Data beyond the two that are needed must agree with them to this part: looser than any figure a person copies with
 seven digits, far tighter than any that means another shape."""
 
-_ROUNDING = 8 * 2.220446049250313e-16
+_EPS = 2.220446049250313e-16
+_ROUNDING = 8 * _EPS
 """Room for the rounding of given data at the edge of what is possible."""
 
 _STEEPEST = 690.0
@@ -205,8 +206,9 @@ def solve_pinned(
     if primary.keys() == {"slack", "chord"} and primary["slack"] > 1.0:
         # The chord of a cable much longer than it says nothing of its size.
         primary = {"length": primary["chord"] * (1.0 + primary["slack"]), "chord": primary["chord"]}
-    candidates = [_scale(arch, primary, EI) for arch in _arches(primary, EI)]
     rest = {key: data[key] for key in given if key not in (first, second)}
+    primary, rest = _better_known(primary, rest, EI)
+    candidates = [_scale(arch, primary, EI) for arch in _arches(primary, EI)]
     called = dict(names or {})
     verdicts = [_disagreements(candidate, rest, primary, EI, called) for candidate in candidates]
     chosen = next((i for i, (mistakes, _) in enumerate(verdicts) if not mistakes), 0)
@@ -216,6 +218,26 @@ def solve_pinned(
     answer = candidates[chosen]
     other = candidates[1] if chosen == 0 and len(candidates) > 1 and not rest else None
     return Pinned(answer.arch, answer.omega, answer.length, answer.chord, other, notes)
+
+
+def _better_known(
+    primary: dict[str, float], rest: dict[str, float], EI: float | None
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Of a nearly straight cable take a datum that has digits of its bend for the chord, whose digits are the length's.
+
+    Only where it says what the chord does, but for the rounding of that.
+    """
+    better = next((key for key in ("angle_deg", "rise", "bend_radius") if key in rest), None)
+    if better is None or primary.keys() != {"length", "chord"} or not 0.0 < primary["chord"] < primary["length"]:
+        return primary, rest
+    noise = _EPS * primary["length"] / (primary["length"] - primary["chord"])
+    if noise < AGREEMENT:
+        return primary, rest
+    (arch,) = _arches(primary, EI)
+    if abs(math.log(_scale(arch, primary, EI).datum(better, EI) / rest[better])) > noise:
+        return primary, rest
+    others = {key: value for key, value in rest.items() if key != better}
+    return {"length": primary["length"], better: rest[better]}, {"chord": primary["chord"]} | others
 
 
 def _disagreements(

@@ -141,6 +141,24 @@ def test_contradiction_names_the_consistent_value() -> None:
     assert f"give {float(exact.data['angle_deg']):.9g} degrees" in mistake.problem
 
 
+@pytest.mark.parametrize("angle", [1e-2, 1e-4, 6.2e-5, 4.8e-6, 1.3e-6])
+@pytest.mark.parametrize("key", ["angle_deg", "rise", "bend_radius"])
+def test_a_third_datum_knows_more_of_a_nearly_straight_cable(key: str, angle: float) -> None:
+    """The chord is the length but for its last digits; another datum has all of its own."""
+    for length in (350.0, 1234.56789, 3.7e-3):
+        exact = PinnedOracle(length, angle_deg=angle).data
+        data = {name: float(exact[name]) for name in ("length", "chord", key)}
+        if data["chord"] == data["length"]:
+            continue
+        solved = solve_pinned(data)
+        noise = 2.3e-16 * length / (length - data["chord"])
+        assert solved.datum("angle_deg") == pytest.approx(angle, rel=1e-12 if noise > 1e-6 else 1e-6)
+        assert solved.chord == pytest.approx(data["chord"], rel=1e-15)
+        for factor in (math.exp(2.0 * noise + 2e-6), math.exp(-2.0 * noise - 2e-6), 1e4, 1e-4):
+            with pytest.raises(SceneError, match="contradicts"):
+                solve_pinned(data | {key: data[key] * factor})
+
+
 def test_redundant_data_that_agree_pass_with_a_note() -> None:
     assert solve_pinned({"length": 350.0, "angle_deg": 20.0, "force": 3.999069}, EI=48883.18168985724).notes
     assert not solve_pinned({"length": 350.0, "angle_deg": 90.0, "rise": 350.0 * 0.38137988181}).other
