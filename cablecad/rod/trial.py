@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -80,10 +79,14 @@ def integrals(products: Array, potential: Array, stiffness: Array) -> Array:
     return form
 
 
+@lru_cache(maxsize=64)
 def gauss_legendre(count: int) -> tuple[Array, Array]:
-    """Nodes and weights of Gauss's rule on [0, 1], exact for polynomials up to degree 2 `count` - 1."""
+    """Nodes and weights of Gauss's rule on [0, 1], exact to the degree 2 `count` - 1; kept, so not to be written to."""
     x, w = np.polynomial.legendre.leggauss(count)
-    return (1.0 + x) / 2.0, w / 2.0
+    rule = (1.0 + x) / 2.0, w / 2.0
+    for array in rule:
+        array.flags.writeable = False
+    return rule
 
 
 def legendre(s: Array, count: int) -> tuple[Array, Array]:
@@ -147,16 +150,16 @@ def refine(
         omega: sqrt(|n|): panels are at least 4/omega^2 long, which ends the halving at a kink in the data.
         breaks: Panels to begin with.
     """
-    node, _ = gauss_legendre(7)
+    shares = np.concatenate([[0.0], gauss_legendre(7)[0], [1.0]])
+    starts, ends = np.asarray(breaks[:-1], dtype=float), np.asarray(breaks[1:], dtype=float)
     done: list[float] = [float(breaks[0])]
-    todo = [(float(a), float(b)) for a, b in pairwise(breaks)][::-1]
     least = min(1e-3, 4.0 / (1.0 + omega) ** 2)
-    while todo:
-        a, b = todo.pop()
-        inside = np.concatenate([[a], a + (b - a) * node, [b]])
-        if (b - a) > least and (b - a) * np.max(np.abs(np.asarray(curvature(inside)))) > PANEL_TURN:
-            middle = (a + b) / 2.0
-            todo += [(middle, b), (a, middle)]
-        else:
-            done.append(b)
-    return tuple(done)
+    while len(starts):
+        width = ends - starts
+        inside = starts[:, None] + width[:, None] * shares
+        bend = np.abs(np.asarray(curvature(inside.ravel()))).reshape(inside.shape).max(axis=1)
+        split = (width > least) & (width * bend > PANEL_TURN)
+        done += ends[~split].tolist()
+        starts, ends, middle = starts[split], ends[split], ((starts + ends) / 2.0)[split]
+        starts, ends = np.concatenate([starts, middle]), np.concatenate([middle, ends])
+    return tuple(sorted(done))
