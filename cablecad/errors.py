@@ -40,12 +40,35 @@ class Mistake:
             shown = f"{shown[:77]}..."
         return f"{where} = {shown}: {self.problem}"
 
+    def __reduce__(self) -> tuple[object, ...]:
+        # Objects of a host, such as CadQuery's vectors, need not be able to go to another process.
+        return Mistake, (self.path, self.problem, self.value if _is_plain(self.value) else _Shown(repr(self.value)))
+
     def under(self, prefix: str) -> Mistake:
         """The same mistake seen from an enclosing object called `prefix`."""
         if not prefix or not self.path:
             return replace(self, path=prefix or self.path)
         joint = "" if self.path.startswith("[") else "."
         return replace(self, path=f"{prefix}{joint}{self.path}")
+
+
+@dataclass(frozen=True, slots=True)
+class _Shown:
+    """What stands for a value of which only the text is left."""
+
+    text: str
+
+    def __repr__(self) -> str:
+        return self.text
+
+
+def _is_plain(value: object) -> bool:
+    """Whether a value is of Python's own kinds, through and through."""
+    if isinstance(value, list | tuple):
+        return all(_is_plain(part) for part in value)
+    if isinstance(value, dict):
+        return all(_is_plain(part) for pair in value.items() for part in pair)
+    return value is None or value is ... or isinstance(value, str | bytes | bool | int | float)
 
 
 class SceneError(CablecadError, ValueError):

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
+
+import cablecad
 
 HEAVY = ["OCP", "numpy", "scipy", "pydantic", "pydantic_core", "rich"]
 
@@ -20,6 +24,14 @@ def loaded_after(code: str, tmp_path) -> set[str]:
 
 def test_import_cablecad_loads_nothing_heavy(tmp_path) -> None:
     assert loaded_after("import cablecad", tmp_path) == set()
+
+
+def test_what_types_are_checked_by_is_what_is_loaded() -> None:
+    """The stub beside `__init__` has all public names, each from the module that it is loaded from."""
+    stub = (Path(cablecad.__path__[0]) / "__init__.pyi").read_text(encoding="utf-8")
+    named = re.findall(r"^from (\S+) import (\w+) as (\w+)$", stub, re.MULTILINE)
+    assert all(name == public for _, name, public in named)
+    assert {public: module for module, _, public in named} == cablecad._HOME
 
 
 def test_cable_objects_need_nothing_heavy(tmp_path) -> None:

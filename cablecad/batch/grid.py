@@ -12,7 +12,7 @@ from os import PathLike
 from typing import Any
 
 from cablecad.batch.rows import Row
-from cablecad.batch.table import cell_value
+from cablecad.batch.table import as_whole, cell_value, takes_whole_numbers
 from cablecad.errors import Mistake, SceneError, UsageError
 from cablecad.scene import RawScene, Target, clean_value, find_target, load_raw_scene, overlaps, parse_json
 
@@ -79,7 +79,8 @@ def grid_rows(scene: str | PathLike[str], axes: Sequence[str], *, source: str = 
         for other, _ in found:
             if overlaps(target, other):
                 mistakes.append(Mistake(target.name, f"names what {other.name} names too, or a part of it; keep one"))
-        values = tuple(_fitting(base, target, value) for value in values)
+        if any(isinstance(value, float) for value in values) and takes_whole_numbers(base, target):
+            values = tuple(map(as_whole, values))
         found.append((target, values))
         for value in values:
             mistakes += [mistake.under(target.name) for mistake in clean_value(value)[1]]
@@ -92,19 +93,13 @@ def grid_rows(scene: str | PathLike[str], axes: Sequence[str], *, source: str = 
     return rows
 
 
-def _fitting(base: RawScene, target: Target, value: Any) -> Any:
-    """A value as it may stand at a place: where a float may not, one that is whole does as a whole number."""
-    whole = isinstance(value, float) and value.is_integer()
-    return int(value) if whole and base.overridden([(target, value)]).type_mistakes() else value
-
-
 def _values(text: str, *, is_text: bool) -> tuple[Any, ...]:
     """The values of an axis.
 
     Raises:
         UsageError: The text is none of the two forms.
     """
-    spread = None if is_text else _RANGE.fullmatch(text)
+    spread = None if is_text or text.startswith(("[", "{")) else _RANGE.fullmatch(text)
     if spread is not None:
         start, stop = (_number(spread[key].strip()) for key in ("start", "stop"))
         count = cell_value(spread["count"], is_text=False)
@@ -119,11 +114,11 @@ def _values(text: str, *, is_text: bool) -> tuple[Any, ...]:
         return tuple(float(start + i * step) for i in range(count))
     if not text:
         raise UsageError("has no values; write NAME=START:STOP:COUNT or NAME=VALUE,VALUE,...")
-    if text.startswith("["):  # vectors hold commas themselves
+    if text[0] in "[{":  # vectors and tables hold commas themselves
         try:
             listed = parse_json(f"[{text}]")
         except ValueError as error:
-            raise UsageError(f"is no list of [x, y, z], [x, y, z], ...: {error}") from error
+            raise UsageError(f"is no list of [x, y, z], [x, y, z], ..., or of {{ }}, {{ }}, ...: {error}") from error
         return tuple(listed)
     return tuple(cell_value(part, is_text=is_text) for part in text.split(","))
 

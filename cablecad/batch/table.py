@@ -39,6 +39,7 @@ class TableRows:
     path: Path
     base: RawScene
     _targets: dict[str, Target] = field(default_factory=dict, compare=False)
+    _wholes: dict[str, bool] = field(default_factory=dict, compare=False)
 
     def __iter__(self) -> Iterator[Row]:
         """Read the table once more.
@@ -61,6 +62,8 @@ class TableRows:
                 if not cell.text.strip():
                     continue
                 value = cell_value(cell.text, is_text=target.is_text)
+                if isinstance(value, float) and self._whole(name, target):  # as spreadsheets write a column with gaps
+                    value = as_whole(value)
             else:
                 value = cell
             value, mistakes = clean_value(value)
@@ -69,6 +72,12 @@ class TableRows:
             changes.append((target, value))
             shown[name] = value
         return Row(_id_of(number, cells), self.base.overridden(changes), shown)
+
+    def _whole(self, name: str, target: Target) -> bool:
+        """Whether a column takes whole numbers alone."""
+        if name not in self._wholes:
+            self._wholes[name] = takes_whole_numbers(self.base, target)
+        return self._wholes[name]
 
     def target(self, name: str) -> Target:
         """The place a column names."""
@@ -147,6 +156,17 @@ def _id_of(number: int, cells: Cells) -> Any:
     if isinstance(cell, int | float) and not isinstance(cell, bool):
         return str(cell)
     return str(number) if cell is None else cell
+
+
+def takes_whole_numbers(base: RawScene, target: Target) -> bool:
+    """Whether a place of a scene takes whole numbers and no others."""
+    half, one = (bool(base.overridden([(target, value)]).type_mistakes()) for value in (0.5, 1))
+    return half and not one
+
+
+def as_whole(value: Any) -> Any:
+    """A float that is a whole number as that number; anything else as it is."""
+    return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 def cell_value(text: str, *, is_text: bool) -> Any:

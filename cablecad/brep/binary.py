@@ -20,7 +20,7 @@ from struct import Struct
 
 import numpy as np
 from numpy.typing import ArrayLike
-from OCP.BinTools import BinTools
+from OCP.BinTools import BinTools, BinTools_FormatVersion
 from OCP.TopoDS import TopoDS_Shape
 
 from cablecad.centreline import Array
@@ -80,7 +80,7 @@ class Axes:
     x: Triple
 
     @property
-    def packed(self) -> tuple[float, ...]:
+    def numbers(self) -> tuple[float, ...]:
         """With the third direction, as the format wants it."""
         (a, b, c), (d, e, f) = self.main, self.x
         return (*self.origin, a, b, c, d, e, f, b * f - c * e, c * d - a * f, a * e - b * d)
@@ -106,7 +106,7 @@ def line(start: Triple, direction: Triple) -> bytes:
 
 def circle(axes: Axes, radius: float) -> bytes:
     """A circle in space."""
-    return _AXES_AND_RADIUS.pack(_CIRCLE, *axes.packed, radius)
+    return _AXES_AND_RADIUS.pack(_CIRCLE, *axes.numbers, radius)
 
 
 def spline(poles: Array, knots: KnotVector) -> bytes:
@@ -117,12 +117,12 @@ def spline(poles: Array, knots: KnotVector) -> bytes:
 
 def plane(axes: Axes) -> bytes:
     """A plane."""
-    return _AXES.pack(_PLANE, *axes.packed)
+    return _AXES.pack(_PLANE, *axes.numbers)
 
 
 def cylinder(axes: Axes, radius: float) -> bytes:
     """A cylinder without ends."""
-    return _AXES_AND_RADIUS.pack(_CYLINDER, *axes.packed, radius)
+    return _AXES_AND_RADIUS.pack(_CYLINDER, *axes.numbers, radius)
 
 
 def spline_surface(poles: Array, weights: ArrayLike, u: KnotVector, v: KnotVector) -> bytes:
@@ -146,15 +146,16 @@ def spline_surface(poles: Array, weights: ArrayLike, u: KnotVector, v: KnotVecto
 # --- whole shapes ---------------------------------------------------------------------------------------------------
 
 
-def packed(shape: TopoDS_Shape) -> bytes:
-    """A shape with all there is to it, to be `unpacked` in another process."""
+def pack_shape(shape: TopoDS_Shape) -> bytes:
+    """A shape with its geometry, to be `unpack_shape`d in another process."""
     stream = io.BytesIO()
-    BinTools.Write_s(shape, stream)
+    # Without triangles, which a picture has made and which are a hundred times as much.
+    BinTools.Write_s(shape, stream, False, False, BinTools_FormatVersion.BinTools_FormatVersion_CURRENT)
     return stream.getvalue()
 
 
-def unpacked(data: bytes) -> TopoDS_Shape:
-    """The shape that `packed` gave."""
+def unpack_shape(data: bytes) -> TopoDS_Shape:
+    """The shape that `pack_shape` packed."""
     shape = TopoDS_Shape()
     BinTools.Read_s(shape, io.BytesIO(data))
     return shape
@@ -205,7 +206,7 @@ class Topology:
         self._parameters: list[bytes] = []
         self._shapes: list[tuple[list[bytes], tuple[int, ...]]] = []
 
-    def parameters(self, record: bytes) -> int:
+    def add_parameters(self, record: bytes) -> int:
         """Add a curve of a surface's parameters."""
         self._parameters.append(record)
         return len(self._parameters)
@@ -277,7 +278,7 @@ class Topology:
         ]
         for point, behind in zip(points, others, strict=True):
             parts += (_PLACE.pack(*point), behind)
-        return unpacked(b"".join(parts))
+        return unpack_shape(b"".join(parts))
 
     @cached_property
     def _before_curves(self) -> bytes:

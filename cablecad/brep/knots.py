@@ -63,8 +63,8 @@ _LEAST_DENSITY = 0.2
 """Least density of knots against the greatest: neighbouring spans stay of like length, and no feature is skipped."""
 
 _GROWTH = 0.1
-"""Where that would be many, far from the tightest bend of a taut cable, spans may grow: by this share from one to the
-next."""
+"""Where `_LEAST_DENSITY` would mean many spans, far from the tightest bend of a taut cable, they may grow instead: by
+this share from one to the next."""
 
 _LEAST_SPANS = 2.0
 """Spans of the gentlest piece."""

@@ -153,15 +153,16 @@ def _topology(tops: tuple[float | None, ...], radius: float, tolerance: float) -
         tolerance: Of Open Cascade's [mm].
     """
     shapes, count = Topology(tolerance), len(tops)
+    ranges = [1.0 if top is None else top for top in tops]
     start_plane, end_plane = count + 1, count + 2
     on: list[list[tuple[int, int]]] = [[] for _ in range(count + 1)]
     for i, top in enumerate(tops):
-        for station, v in ((i, 0.0), (i + 1, top or 1.0)):
+        for station, v in ((i, 0.0), (i + 1, ranges[i])):
             around = _circle_parameter(*_circle_form(radius), v) if top is None else line2d(0.0, v, 1.0, 0.0)
-            on[station].append((i + 1, shapes.parameters(around)))
+            on[station].append((i + 1, shapes.add_parameters(around)))
     for station, flat in ((0, start_plane), (-1, end_plane)):
         # Open Cascade would work it out whenever it is asked for.
-        on[station].append((flat, shapes.parameters(circle2d(radius))))
+        on[station].append((flat, shapes.add_parameters(circle2d(radius))))
     vertices = [shapes.vertex() for _ in on]
     circles = [
         shapes.edge(i, (0.0, 2.0 * math.pi), (vertex, vertex), faces)
@@ -170,9 +171,9 @@ def _topology(tops: tuple[float | None, ...], radius: float, tolerance: float) -
     sides = []
     for i, top in enumerate(tops):
         turn = 1.0 if top is None else 2.0 * math.pi
-        forward, back = (shapes.parameters(line2d(u, 0.0, 0.0, 1.0)) for u in (turn, 0.0))
+        forward, back = (shapes.add_parameters(line2d(u, 0.0, 0.0, 1.0)) for u in (turn, 0.0))
         ends = vertices[i], vertices[i + 1]
-        seam = shapes.edge(count + 2 + i, (0.0, top or 1.0), ends, seam=(i + 1, forward, back))
+        seam = shapes.edge(count + 2 + i, (0.0, ranges[i]), ends, seam=(i + 1, forward, back))
         # Counterclockwise in (u, v): along the start, up the seam, back along the end, down the seam.
         sides.append(shapes.face(i + 1, shapes.wire(circles[i], seam, -circles[i + 1], -seam)))
     start, end = (

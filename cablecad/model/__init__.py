@@ -5,7 +5,7 @@ Units: mm, N, MPa, N mm^2; degrees in names ending ``_deg``. Every object checks
 """
 
 from cablecad.model.cable import LENGTH_DATA, PINNED_DATA, Cable, EquilibriumKey, cable_mistakes
-from cablecad.model.ends import Clamp, NamedPort, PartPort, Pin, Port, Toward, as_end, port_of_frame
+from cablecad.model.ends import Clamp, NamedPort, PartPort, Pin, Port, Toward, as_end, as_moved_end, port_of_frame
 from cablecad.model.ports import end_mistakes, find_port, placed_port, port_name_mistakes
 from cablecad.model.scene import (
     LEAST_TOLERANCE,
@@ -46,6 +46,7 @@ __all__ = [
     "Toward",
     "Vector",
     "as_end",
+    "as_moved_end",
     "cable_mistakes",
     "end_mistakes",
     "find_port",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from cablecad.errors import Mistake
@@ -171,14 +171,21 @@ _HOSTS, _FRAMES = ("cadquery", "build123d"), ("Location", "Plane")
 
 def as_end(value: Any) -> Any:
     """A frame of CadQuery's or build123d's as a port, its z axis outward; anything else as it is."""
-    kind = type(value)
-    if kind.__module__.partition(".")[0] not in _HOSTS or kind.__name__ not in _FRAMES:
+    kinds = {kind.__name__ for kind in type(value).__mro__ if kind.__module__.partition(".")[0] in _HOSTS}
+    if kinds.isdisjoint(_FRAMES):
         return value
-    return port_of_frame(value.wrapped if kind.__name__ == "Location" else value.location.wrapped)
+    return port_of_frame(value.wrapped if "Location" in kinds else value.location.wrapped)
+
+
+def as_moved_end(value: Any, old: object) -> Any:
+    """`as_end` of an end that moved: of a frame, which has none, the straight part is the one that was there."""
+    port = as_end(value)
+    straight = old.straight if isinstance(old, Clamp | Port | PartPort) else 0.0
+    return replace(port, straight=straight) if port is not value and straight else port
 
 
 def port_of_frame(location: Any) -> Port:
-    """The port at an Open Cascade location: its origin, and its z axis as outward."""
+    """The port at a location of Open Cascade's, by the matrix it hands out: its origin, and its z axis as outward."""
     frame = location.Transformation()
     (x, px), (y, py), (z, pz) = ([float(frame.Value(row, column)) for column in (3, 4)] for row in (1, 2, 3))
     return Port((px, py, pz), (x, y, z))

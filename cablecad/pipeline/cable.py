@@ -29,16 +29,16 @@ class Solid:
     wrapped: TopoDS_Solid
 
     def __reduce__(self) -> tuple[object, ...]:
-        from cablecad.brep.binary import packed
+        from cablecad.brep.binary import pack_shape
 
-        return _unpacked_solid, (packed(self.wrapped),)
+        return _unpacked_solid, (pack_shape(self.wrapped),)
 
 
 def _unpacked_solid(data: bytes) -> Solid:
-    from cablecad.brep.binary import unpacked
+    from cablecad.brep.binary import unpack_shape
     from cablecad.brep.kernel import TopoDS
 
-    return Solid(TopoDS.Solid(unpacked(data)))
+    return Solid(TopoDS.Solid(unpack_shape(data)))
 
 
 @dataclass(frozen=True)

@@ -176,6 +176,7 @@ def solve_pinned(
     *,
     EI: float | None = None,
     names: Mapping[str, str] | None = None,
+    blur: float = 0.0,
 ) -> Pinned:
     """Find the first mode of a rod pinned at both ends from two or more of its data.
 
@@ -184,6 +185,7 @@ def solve_pinned(
             [degrees, above 0 and below 180] and slack; not only slack and angle_deg, which fix no size.
         EI: Bending stiffness [N mm^2]; a force needs it.
         names: What to call a datum in a message, where that is not its key (``{"chord": "end.position"}``).
+        blur: By how much the chord may be off, beyond the rounding of its own digits: of ends far from the origin [mm].
 
     Returns:
         The arch and its scale. Of two answers the one with the smaller end angle; the other is its `other`.
@@ -207,7 +209,7 @@ def solve_pinned(
         # The chord of a cable much longer than it says nothing of its size.
         primary = {"length": primary["chord"] * (1.0 + primary["slack"]), "chord": primary["chord"]}
     rest = {key: data[key] for key in given if key not in (first, second)}
-    primary, rest = _better_known(primary, rest, EI)
+    primary, rest = _better_known(primary, rest, EI, blur)
     candidates = [_scale(arch, primary, EI) for arch in _arches(primary, EI)]
     called = dict(names or {})
     verdicts = [_disagreements(candidate, rest, primary, EI, called) for candidate in candidates]
@@ -221,7 +223,7 @@ def solve_pinned(
 
 
 def _better_known(
-    primary: dict[str, float], rest: dict[str, float], EI: float | None
+    primary: dict[str, float], rest: dict[str, float], EI: float | None, blur: float
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Of a nearly straight cable take a datum that has digits of its bend for the chord, whose digits are the length's.
 
@@ -230,11 +232,12 @@ def _better_known(
     better = next((key for key in ("angle_deg", "rise", "bend_radius") if key in rest), None)
     if better is None or primary.keys() != {"length", "chord"} or not 0.0 < primary["chord"] < primary["length"]:
         return primary, rest
-    noise = _EPS * primary["length"] / (primary["length"] - primary["chord"])
-    if noise < AGREEMENT:
+    # What rounding leaves open of the excess, and twice what it does of the bend.
+    open_share = (_EPS * primary["length"] + blur) / (primary["length"] - primary["chord"])
+    if open_share < AGREEMENT:
         return primary, rest
     (arch,) = _arches(primary, EI)
-    if abs(math.log(_scale(arch, primary, EI).datum(better, EI) / rest[better])) > noise:
+    if abs(math.log(_scale(arch, primary, EI).datum(better, EI) / rest[better])) > open_share:
         return primary, rest
     others = {key: value for key, value in rest.items() if key != better}
     return {"length": primary["length"], better: rest[better]}, {"chord": primary["chord"]} | others
@@ -249,22 +252,32 @@ def _disagreements(
 ) -> tuple[list[Mistake], tuple[str, ...]]:
     """What in `rest` contradicts `answer`, and notes on what agrees but not to rounding."""
     mistakes, notes = [], []
-    basis = " and ".join(f"{called.get(key, key)} = {_shown(key, value)}" for key, value in primary.items())
+    one, other = primary.values()
+    basis = " and ".join(
+        f"{called.get(key, key)} = {_shown(key, value, beside=other if value == one else one)}"
+        for key, value in primary.items()
+    )
     for key, value in rest.items():
         consistent = answer.datum(key, EI)
         scale = answer.length if key == "chord" else max(abs(value), abs(consistent))
         off = abs(value - consistent) / scale
         name = called.get(key, key)
         if off > AGREEMENT:
-            problem = f"contradicts {basis}, which give {_shown(key, consistent)}; write that, or leave one of them out"
+            shown = _shown(key, consistent, beside=value)
+            problem = f"contradicts {basis}, which give {shown}; write that, or leave one of them out"
             mistakes.append(Mistake(name, problem, value))
         elif off > 1e-12:
-            notes.append(f"{name} = {_shown(key, value)} was taken as {_shown(key, consistent)}, which {basis} give")
+            given, taken = _shown(key, value, beside=consistent), _shown(key, consistent, beside=value)
+            notes.append(f"{name} = {given} was taken as {taken}, which {basis} give")
     return mistakes, tuple(notes)
 
 
-def _shown(key: str, value: float) -> str:
-    return f"{value:.9g} {_UNITS.get(key, 'mm')}".rstrip()
+def _shown(key: str, value: float, *, beside: float = math.nan) -> str:
+    """A datum with its unit, in nine digits, or in as many as tell it from the number beside it."""
+    text = f"{value:.9g}"
+    if text == f"{beside:.9g}":
+        text = repr(value).removesuffix(".0")
+    return f"{text} {_UNITS.get(key, 'mm')}".rstrip()
 
 
 def _scale(arch: Arch, primary: Mapping[str, float], EI: float | None) -> Pinned:
@@ -417,7 +430,7 @@ def _root(function: Callable[[float], float], low: float, high: float) -> float 
             c, b, fc, fb = b, a, fb, fa
         a, fa = x, fx
         best, least = (a, fa) if abs(fa) < abs(fb) else (b, fb)
-        room = 2.0 * (2.220446049250313e-16 * abs(best) + 1e-300) / abs(b - c)
+        room = 2.0 * (_EPS * abs(best) + 1e-300) / abs(b - c)
         if room > 0.5 or least == 0.0:
             return best
         xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb) if math.isfinite(fc) else 2.0

@@ -14,7 +14,7 @@ import numpy as np
 
 from cablecad.centreline import Array
 from cablecad.errors import SolveError, UsageError
-from cablecad.model import Cable, Clamp, Pin, Port, Toward, Vector, as_end, unit
+from cablecad.model import Cable, Clamp, Pin, Port, Toward, Vector, as_moved_end, unit
 from cablecad.rod.elastica import Inflexional
 from cablecad.rod.equilibria import Equilibria
 from cablecad.rod.follow import follow_planar
@@ -55,8 +55,9 @@ def move_solution(
 
     Args:
         last: The solution before the move.
-        start: The start's new place, of the same kind; None leaves it.
-        end: The end's new place, of the same kind; None leaves it.
+        start: The start's new place, of the same kind; None leaves it. A frame of CadQuery or build123d, a `Location`
+            or `Plane`, is a port with the straight part that was there.
+        end: The end's new place, likewise.
         length: The new length [mm]; None keeps it.
 
     Returns:
@@ -249,10 +250,10 @@ def _carried(vector: Vector, before: Vector, after: Vector) -> Vector:
 def _moved_cable(
     last: RodSolution, start: Clamp | Pin | Port | None, end: Clamp | Pin | Port | None, length: float | None
 ) -> Cable:
-    start, end = as_end(start), as_end(end)
+    start, end = as_moved_end(start, last.cable.start), as_moved_end(end, last.cable.end)
     for place, moved in (("start", start), ("end", end)):
         if moved is not None and not isinstance(moved, Clamp | Pin | Port):
-            raise UsageError(f"the moved {place} must be a Clamp, a Pin or a Port; got {moved!r}")
+            raise UsageError(f"the moved {place} must be a Clamp, a Pin, a Port or a frame; got {moved!r}")
     if length is not None and (isinstance(length, bool) or not isinstance(length, int | float)):
         raise UsageError(f"the new length must be a number of mm; got {length!r}")
     if isinstance(last.cable.end, Toward) and end is None:

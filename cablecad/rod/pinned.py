@@ -31,6 +31,8 @@ CROSSING_ANGLE_DEG = 130.70991070789999
 """End angle at which the ends of the first mode meet; beyond it the arch has crossed itself and is unstable."""
 
 
+_EPS = 2.0**-52
+
 _RESIDUAL = 1e-9
 """An end missed by more, over the length, is no answer."""
 
@@ -49,7 +51,9 @@ def solve_pinned_cable(cable: Cable, *, reason: str) -> RodSolution:
     """
     origin = np.array(cable.start_support.position)
     end, axis, data, names = _data(cable, origin)
-    solved = solve_pinned(data, EI=cable.material.EI(cable.section) if cable.material else None, names=names)
+    blur = 0.0 if end is None else _EPS * float(max(np.abs(origin).max(), np.abs(end).max()))
+    EI = cable.material.EI(cable.section) if cable.material else None
+    solved = solve_pinned(data, EI=EI, names=names, blur=blur)
     x, y, z = axis.tolist()
     side = np.array(bulge_direction((x, y, z), cable.bulge))
     twins = _modes(cable, solved, origin, axis, side)

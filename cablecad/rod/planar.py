@@ -24,6 +24,7 @@ from cablecad.rod.descent import descend, first_force
 from cablecad.rod.equilibria import SHARP_MODES, Equilibria, absolute, join, modes_for, ranked
 from cablecad.rod.polish import polish
 from cablecad.rod.problem import Problem
+from cablecad.rod.quadrature import gauss_legendre
 from cablecad.rod.ritz import gap, newton, ritz
 from cablecad.rod.starts import starts
 from cablecad.rod.taut import EXACT, Taut, taut, wrap
@@ -272,8 +273,7 @@ def _distinct(scene: np.ndarray, z: Array, tolerance: float = 1e-2) -> np.ndarra
 
 def _modes_of(pulled: Taut, modes: int) -> tuple[Array, Array]:
     """Coefficients and force of taut cables: c_j = int theta' p_j ds by quadrature fine enough for their layers."""
-    x, w = np.polynomial.legendre.leggauss(4 * modes)
-    s, w = (x + 1.0) / 2.0, w / 2.0
+    s, w = gauss_legendre(4 * modes)
     polynomial, _ = legendre(s, modes)
     z = np.empty((len(pulled.scene), modes + 2))
     z[:, 0], z[:, 1] = pulled.direction + pulled.a, pulled.direction + pulled.b
@@ -286,8 +286,7 @@ def _pinned_modes(scenes: np.ndarray, excess: Array) -> tuple[np.ndarray, Array,
     """Seeds near the pinned modes 2 and 3, unstable ones: theta = A cos(j pi s), mean of cos(theta) = J0(A) = d."""
     # J0(A) = 1 - A^2/4 + A^4/64 to the amplitudes that matter; Newton mends the rest.
     amplitude = np.sqrt(8.0 * (1.0 - np.sqrt(np.maximum(1.0 - excess, 0.0) * 0.96 + 0.04)))
-    s, w = np.polynomial.legendre.leggauss(60)
-    s, w = (s + 1.0) / 2.0, w / 2.0
+    s, w = gauss_legendre(60)
     polynomial, _ = legendre(s, SHARP_MODES)
     scene, z, force = [], [], []
     for mode in (2, 3):

@@ -18,7 +18,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from cablecad.rod.trial import Array, gauss_legendre, integrals, legendre, products
+from cablecad.rod.quadrature import gauss_legendre
+from cablecad.rod.trial import Array, integrals, legendre, products
 
 CAP = 1.0
 """Largest change of an angle in one step [rad]; beyond it the quadratic model of sin and cos means nothing."""

@@ -101,7 +101,7 @@ def _bent(shape: Equilibria, s: Array) -> _Change:
     # In the frame of the chord, in which the angles of a hair of slack keep their digits.
     change = vary(
         lambda at: shape.at(at)[0][0] - frame,
-        lambda at: shape.at(at)[1][0],
+        lambda at: shape.tangents(at)[2][0],
         shape.force[0] @ turn,
         start_clamped=bool(shape.held[0, 0]),
         end_clamped=bool(shape.held[0, 1]),

@@ -17,6 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cablecad.rod.quadrature import gauss_legendre
+
 Array = NDArray[np.float64]
 
 PANEL_MODES = 12
@@ -77,16 +79,6 @@ def integrals(products: Array, potential: Array, stiffness: Array) -> Array:
     form: Array = (potential @ products).reshape(*potential.shape[:-1], *stiffness.shape)
     form += stiffness
     return form
-
-
-@lru_cache(maxsize=64)
-def gauss_legendre(count: int) -> tuple[Array, Array]:
-    """Nodes and weights of Gauss's rule on [0, 1], exact to the degree 2 `count` - 1; kept, so not to be written to."""
-    x, w = np.polynomial.legendre.leggauss(count)
-    rule = (1.0 + x) / 2.0, w / 2.0
-    for array in rule:
-        array.flags.writeable = False
-    return rule
 
 
 def legendre(s: Array, count: int) -> tuple[Array, Array]:

@@ -19,13 +19,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablecad.errors import UsageError
-from cablecad.rod.trial import PANEL_MODES, Array, gauss_legendre, legendre, refine
+from cablecad.rod.quadrature import gauss_legendre
+from cablecad.rod.trial import PANEL_MODES, Array, legendre, refine
 
 _POINTS = 22
 """Gauss points a panel: they integrate products of three smooth factors to rounding."""
 
-_MOST_PANELS = 150
-"""Two thousand unknowns, a third of a second."""
+_MOST_PANELS = 1500
+"""As many unknowns; a fifth of a second."""
 
 Curve = Callable[[Array], Array]
 
@@ -44,6 +45,7 @@ class Variation:
         theta: The rod's angle.
         breaks: Where panels begin and end, shape (panels + 1,).
         angles: Of the angle, by the functions of each panel, shape (panels, functions, 4).
+        moves: Of the end of each panel, as seen from its start, shape (panels, 2, 4).
     """
 
     force: Array
@@ -53,12 +55,12 @@ class Variation:
     theta: Curve
     breaks: Array
     angles: Array
+    moves: Array
 
     def moved(self, s: Array) -> Array:
         """The change of the points at some shares of the length, shape (k, 2, 4): int_0^s v d ds."""
         panel = np.clip(np.searchsorted(self.breaks, s, side="right") - 1, 0, len(self.breaks) - 2)
-        whole = self._integrals(np.arange(len(self.breaks) - 1), np.diff(self.breaks))
-        before = np.concatenate([np.zeros((1, 2, 4)), np.cumsum(whole, axis=0)])
+        before = np.concatenate([np.zeros((1, 2, 4)), np.cumsum(self.moves, axis=0)])
         moved: Array = before[panel] + self._integrals(panel, s - self.breaks[panel])
         return moved
 
@@ -107,38 +109,45 @@ def vary(theta: Curve, kappa: Curve, force: Array, *, start_clamped: bool, end_c
     local = (slopes.T * weight) @ slopes / width[:, None, None]
     local += values.T @ ((weights * (force[0] * cosine + force[1] * sine))[..., None] * values)
     pull = np.stack([-(weights * sine) @ values, (weights * cosine) @ values], axis=-1)
-    # Functions of the panels, one after the other, then hats between them, of which each panel has two.
-    own = np.arange(panels * PANEL_MODES).reshape(panels, -1)
-    hats = panels * PANEL_MODES + np.arange(panels)[:, None] + np.arange(2)
-    place = np.concatenate([own, hats], axis=1)
-    count = panels * PANEL_MODES + panels + 1
-    form, across = np.zeros((count, count)), np.zeros((count, 2))
-    np.add.at(form, (place[:, :, None], place[:, None, :]), local)
-    np.add.at(across, place, pull)
-    first, last = panels * PANEL_MODES, count - 1
-    free = np.ones(count, bool)
+    # What is within a panel answers its two hats and the force alone, and is eliminated first.
+    own, hats = slice(0, PANEL_MODES), slice(PANEL_MODES, None)
+    outside = np.concatenate([local[:, own, hats], -pull[:, own]], axis=2)
+    answers = -np.linalg.solve(local[:, own, own], outside)  # to the hats, to the force
+    both = np.concatenate([local[:, hats, hats], -pull[:, hats]], axis=2)
+    both += np.swapaxes(local[:, own, hats], 1, 2) @ answers
+    ends = np.swapaxes(pull, 1, 2) @ np.concatenate(
+        [answers, np.broadcast_to(np.eye(2, 4), (panels, 2, 4))], axis=1
+    )  # the move of the end, by the hats and the force
+    count = panels + 1
+    system = np.zeros((count + 2, count + 2))
+    for a in (0, 1):
+        rows = np.arange(panels) + a
+        for b in (0, 1):
+            system[rows, np.arange(panels) + b] += both[:, a, b]
+        system[rows, count:] += both[:, a, 2:]
+        system[count:, rows] += ends[:, :, a].T
+    system[count:, count:] = ends[:, :, 2:].sum(axis=0)
+    first, last = 0, count - 1
+    free = np.ones(count + 2, bool)
     free[[first, last]] = not start_clamped, not end_clamped
-    system = np.zeros((int(free.sum()) + 2,) * 2)
-    system[:-2, :-2], system[:-2, -2:] = form[np.ix_(free, free)], -across[free]
-    system[-2:, :-2] = across[free].T
-    right, field = np.zeros((len(system), 4)), np.zeros((count, 4))
-    right[-2:, :2] = np.eye(2)
+    field, right = np.zeros((count + 2, 4)), np.zeros((count + 2, 4))
+    right[count:, :2] = np.eye(2)
     for i, (held, hat) in enumerate(((start_clamped, first), (end_clamped, last)), 2):
         if held:
-            right[:-2, i], right[-2:, i] = -form[free, hat], -across[hat]
             field[hat, i] = 1.0
     try:
-        answer = np.linalg.solve(system, right)
+        field[free] = np.linalg.solve(system[np.ix_(free, free)], (right - system @ field)[free])
     except np.linalg.LinAlgError:
         raise UsageError("the shape is straight or at a fold, where a change of the ends has no derivative") from None
-    field[free], change = answer[:-2], answer[-2:]
-    ends = form[[first, last]] @ field - across[[first, last]] @ change
+    reactions = system[[first, last]] @ field
     kappa0, kappa1 = np.zeros((2, 4))
     if start_clamped:
-        kappa0 = -ends[0]
+        kappa0 = -reactions[0]
     if end_clamped:
-        kappa1 = ends[1]
-    return Variation(np.asarray(change, dtype=np.float64), kappa0, kappa1, field[first], theta, breaks, field[place])
+        kappa1 = reactions[1]
+    change, pair = field[count:], np.stack([field[: count - 1], field[1:count]], axis=1)
+    angles = np.concatenate([answers[..., :2] @ pair + answers[..., 2:] @ change, pair], axis=1)
+    return Variation(change, kappa0, kappa1, field[first], theta, breaks, angles, np.swapaxes(pull, 1, 2) @ angles)
 
 
 def _functions(share: Array) -> tuple[Array, Array]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import math
+import pickle
 import subprocess
 import sys
 
@@ -112,6 +113,23 @@ def test_frames_are_ports_to_the_api_itself():
         assert plain.start.position == pytest.approx((1, 2, 3))
         assert plain.start.outward == pytest.approx((0, 1, 0), abs=1e-15)
         assert plain.end == cc.Port((0, 120, 4), (0, 0, 1))
+
+
+class Placed(Location):
+    """A user's own kind of location."""
+
+
+@pytest.mark.parametrize("frame", [Pos(0, 0, 0), Rot(0, 0, 0), Placed((0, 0, 0)), Pos(0, 0, 0) * Rot(0, 0, 30)])
+def test_kinds_of_locations_are_ports_too(frame):
+    plain = cc.Cable("W", 4.0, frame, Pos(0, 120, 0), length=350.0)
+    assert plain.start == cc.Port((0, 0, 0), (0, 0, 1))
+    assert cc.solve(plain).moved(end=Pos(0, 125, 0)).chord == pytest.approx(125.0)
+
+
+def test_errors_with_values_of_the_host_can_be_pickled():
+    with pytest.raises(cc.SceneError) as caught:
+        cc.Cable("W", 4.0, Vector(1, 2, 3), Plane.XY, length=300.0)
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
 
 
 def test_ports_of_parts_that_are_placed_elsewhere():

@@ -242,6 +242,20 @@ def test_a_solution_follows_frames():
     assert solution.moved(end=cq.Location((0, 125, 0))).chord == pytest.approx(125.0)
 
 
+def test_a_frame_leaves_the_straight_part_as_it_is():
+    ends = [cc.Port((0, y, 0), UP, 15.0) for y in (0, 120)]
+    solution = cc.solve(cc.Cable("W", 4.0, *ends, length=350.0))
+    moved = solution.moved(end=cq.Location((0, 125, 0)))
+    assert moved.cable.end == cc.Port((0, 125, 0), UP, 15.0)
+    assert solution.moved(end=cc.Port((0, 125, 0), UP)).cable.end.straight == 0.0
+
+
+def test_a_meshed_cable_is_pickled_without_its_triangles(wire):
+    before = len(pickle.dumps(wire.built))
+    wire.tessellate(0.01)
+    assert len(pickle.dumps(wire.built)) < 1.1 * before
+
+
 def test_moves_that_cannot_be_meant(wire):
     with pytest.raises(UsageError, match="call it twice"):
         wire.moved(cq.Location((0, 0, 1)), end=cq.Location((0, 125, 4)))

@@ -44,6 +44,11 @@ def test_both_ends_of_a_range_are_met(scene):
         ("cables.W1.length=300:300:1", [300.0]),
         ("cables.W1.allow_contact=true,false", [True, False]),
         ("cables.W1.equilibrium=0:2:3", [0, 1, 2]),
+        ("cables.W1.equilibrium=1.0,2", [1, 2]),
+        (
+            'cables.W1.equilibrium={"winding": 0, "side": 1}, {"winding":1,"side":-1}',
+            [{"winding": 0, "side": 1}, {"winding": 1, "side": -1}],
+        ),
     ],
 )
 def test_lists(scene, axis, values):

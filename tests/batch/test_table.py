@@ -50,6 +50,16 @@ def test_jsonl(tmp_path, scene):
     assert (b.resolve().cables[0].length, b.resolve().cables[0].slack) == (None, 2.0)
 
 
+def test_whole_numbers_as_spreadsheets_write_them(tmp_path, scene):
+    """A column with gaps comes out of many programs as 1.0, where only a whole number may stand."""
+    text = "id,cables.W1.equilibrium,cables.W1.length\na,0,300.0\nb,1.0,310\nc,,\n"
+    a, b, c = rows_of(tmp_path, scene, text)
+    assert [row.resolve().cables[0].equilibrium for row in (a, b, c)] == [0, 1, 0]
+    assert type(a.overrides["cables.W1.length"]) is float
+    (said,) = mistakes_of(tmp_path, scene, "cables.W1.equilibrium\n1.5\n")
+    assert "must be an index" in said
+
+
 def test_cells_hold_what_their_column_takes(tmp_path, scene):
     text = (
         "name,cables.W1.length,cables.W1.min_bend_radius,cables.W1.bulge,cables.W1.equilibrium,cables.W1.allow_contact\n"

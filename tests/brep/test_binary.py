@@ -137,10 +137,10 @@ def drum(*, height: float = HEIGHT) -> TopoDS_Shape:
     shapes, turn = Topology(TOLERANCE), 2.0 * math.pi
     vertices, circles = [shapes.vertex(), shapes.vertex()], []
     for i, z in enumerate((0.0, height)):
-        around = shapes.parameters(binary.line2d(0.0, z, 1.0, 0.0))
-        flat = shapes.parameters(binary.circle2d(RADIUS))
+        around = shapes.add_parameters(binary.line2d(0.0, z, 1.0, 0.0))
+        flat = shapes.add_parameters(binary.circle2d(RADIUS))
         circles.append(shapes.edge(i + 1, (0.0, turn), (vertices[i], vertices[i]), [(1, around), (i + 2, flat)]))
-    forward, back = (shapes.parameters(binary.line2d(u, 0.0, 0.0, 1.0)) for u in (turn, 0.0))
+    forward, back = (shapes.add_parameters(binary.line2d(u, 0.0, 0.0, 1.0)) for u in (turn, 0.0))
     seam = shapes.edge(3, (0.0, height), (vertices[0], vertices[1]), seam=(1, forward, back))
     side = shapes.face(1, shapes.wire(circles[0], seam, -circles[1], -seam))
     low, high = (shapes.face(i + 2, shapes.wire(edge)) for i, edge in enumerate(circles))

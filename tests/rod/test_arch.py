@@ -12,7 +12,9 @@ from hypothesis import strategies as st
 from oracle import PinnedOracle
 
 from cablecad.errors import InfeasibleError, SceneError
+from cablecad.model import Cable, Pin
 from cablecad.rod.arch import FIGURE_EIGHT, HIGHEST, WIDEST_BEND, Arch, solve_pinned
+from cablecad.rod.solve import solve_rod
 
 PAIRS = [
     pair
@@ -157,6 +159,24 @@ def test_a_third_datum_knows_more_of_a_nearly_straight_cable(key: str, angle: fl
         for factor in (math.exp(2.0 * noise + 2e-6), math.exp(-2.0 * noise - 2e-6), 1e4, 1e-4):
             with pytest.raises(SceneError, match="contradicts"):
                 solve_pinned(data | {key: data[key] * factor})
+
+
+def test_a_third_datum_of_pins_far_from_the_origin() -> None:
+    """There the rounding of positions is what the chord lacks."""
+    exact = PinnedOracle(100.0, angle_deg=0.01).data
+    chord = float(exact["chord"])
+    for start in (0.0, 1e3, 1e5):
+        ends = Pin((start, 0, 0)), Pin((start + chord, 0, 0))
+        found = solve_rod(Cable("c", 1.0, *ends, length=100.0, angle_deg=0.01))
+        assert found.end_angle_deg == pytest.approx(0.01, rel=1e-5)
+        assert found.residual < 1e-12
+        with pytest.raises(SceneError, match="contradicts"):
+            solve_rod(Cable("c", 1.0, *ends, length=100.0, angle_deg=0.02))
+
+
+def test_numbers_that_nine_digits_do_not_tell_apart_are_shown_with_more() -> None:
+    with pytest.raises(SceneError, match=r"contradicts chord = 99\.9999999999 mm and length = 100 mm"):
+        solve_pinned({"length": 100.0, "chord": 99.9999999999, "angle_deg": 5.0})
 
 
 def test_redundant_data_that_agree_pass_with_a_note() -> None:
