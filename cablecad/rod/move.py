@@ -34,11 +34,17 @@ _LEAST_ASKED, _TURNED, _SAME = 0.01, 0.35, 1e-6
 """Angles [rad]: of clamps, above which the other side of a plane is looked at; by which a plane turned about the chord;
 and within which clamps stand as they stood."""
 
+_HALF_TURN = math.pi - 1e-6
+"""Clamps that turn this much against the chord [rad] may as well turn the other way: halves tell which is meant."""
+
 _ALONG = math.cos(math.radians(5.0))
 """A bulge within five degrees of the chord does not say enough of a side."""
 
 _OPPOSITE = 1e-12
 """One and the cosine between two directions that are opposite but for rounding."""
+
+_OPPOSED = 0.99
+"""Cosine from which directions are opposed, for a note."""
 
 _HALVINGS = 6
 """A move is cut into 64 parts at most."""
@@ -113,6 +119,13 @@ def _notes(last: RodSolution, moved: RodSolution, before: Array, after: Array) -
             f"the plane of the cable turned by {math.degrees(turned):.3g} degrees, more than its ends did: they had "
             "left it open, and now fix it"
         )
+    if float(after @ before) < -_OPPOSED and last.chord > 0.0 and moved.chord > 0.0:
+        one, other = _chord(last) / last.chord, _chord(moved) / moved.chord
+        if float(one @ other) < -_OPPOSED:
+            said.append(
+                "the ends passed each other, and the plane of the cable was turned half round with them, so that the "
+                "shape is as it was; move past the other end at some distance for the shape that crosses itself"
+            )
     return tuple(said)
 
 
@@ -145,12 +158,17 @@ def _follow(
     turns much further than its ends do is taken again in halves: along a branch the turn shrinks with the step, at a
     jump it does not.
     """
-    end = (1.0 - excess, 0.0)
-    found = follow_planar(last, start_angle, end_angle, end, excess=excess, torsion_ratio=ratio)
     asked = [
         math.remainder(angle - float(here[0]), 2.0 * math.pi) if held else 0.0
         for angle, here, held in zip((start_angle, end_angle), (last.theta0, last.theta1), last.held[0], strict=True)
     ]
+    found = None
+    if max(map(abs, asked)) < _HALF_TURN:
+        end = (1.0 - excess, 0.0)
+        found = follow_planar(last, start_angle, end_angle, end, excess=excess, torsion_ratio=ratio)
+    elif min(map(abs, asked)) >= _HALF_TURN:
+        # The chord turned round, and with it both ends the same way; by which one is as good as the other.
+        asked[1] = math.copysign(asked[1], asked[0])
     if found is not None and _turned(last, found) <= _JUMP + abs(asked[0]) + abs(asked[1]):
         return found
     if not halvings:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cablecad.errors import UsageError
-from cablecad.model import Cable, Clamp, Pin, Toward
+from cablecad.model import Cable, Clamp, Pin, Port, Toward
 from cablecad.rod.solution import RodSolution
 from cablecad.rod.solve import solve_rod
 
@@ -124,3 +124,32 @@ def test_a_pinned_cable_on_a_closed_loop_comes_back() -> None:
             last = last.moved(end=Pin(tuple(place)))
     s = np.linspace(0.0, 150.0, 7)
     assert np.abs(last.position(s) - first.position(s)).max() < 1e-9
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_an_end_that_passes_through_the_other_takes_the_cable_along(seed: int) -> None:
+    """The chord turns by 180 degrees at once: points of the cable move no farther than they answer the end's move."""
+    chance = np.random.default_rng(seed)
+    first, last, apart = *chance.uniform(-3.1, 3.1, 2), 10.0 ** chance.uniform(-3.5, -1.5)
+
+    def clamps(x: float) -> tuple[Clamp, Clamp]:
+        return (
+            Clamp((0, 0, 0), (math.cos(first), math.sin(first), 0)),
+            Clamp((x, 0, 0), (math.cos(last), math.sin(last), 0)),
+        )
+
+    solution = solve_rod(Cable("c", 1e-3, *clamps(apart), length=1.0, bulge=(0.1, 1, 0), allow_contact=True))
+    moved = solution.moved(end=clamps(-apart)[1])
+    s = np.linspace(0.0, 1.0, 41)
+    answer = np.abs(solution.sensitivity(s).points[:, :, 4:6]).sum(axis=2).max()
+    assert np.abs(moved.points(41) - solution.points(41)).max() < 2.0 * answer * 2.0 * apart + 1e-6
+    assert moved.residual < 1e-12
+
+
+def test_a_plane_that_turned_half_round_is_said() -> None:
+    """A U between ports that stand side by side: what is asked is the same as if all had been turned round."""
+    up = (0, 0, 1)
+    solution = solve_rod(Cable("c", 0.1, Port((0, 0, 0), up), Port((0, 5, 0), up), length=350.0))
+    near, past = (solution.moved(end=Port((0, y, 0), up)) for y in (1, -5))
+    assert not any("turned half round" in said for said in near.warnings)
+    assert any("turned half round" in said for said in past.warnings)
