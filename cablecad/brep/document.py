@@ -89,7 +89,7 @@ class Node:
 
     @cached_property
     def volume(self) -> float:
-        """[mm^3], to about 1e-9 of itself."""
+        """[mm^3], to about 1e-9 of itself; see `volume_of`."""
         return volume_of(self.shape)
 
     def walk(self) -> Iterator[Node]:

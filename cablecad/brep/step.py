@@ -103,6 +103,9 @@ _COLOURING = frozenset(
 )
 """Entities Open Cascade follows to a colour without looking whether they are whole: a broken one kills the process."""
 
+_TRIPPED = ("Standard_NullObject",)
+"""What Open Cascade raises over colours of some occurrences that it wrote itself; without them it reads the file."""
+
 _LAST_TIME = 253402300799  # 9999-12-31T23:59:59, the last second a STEP file can tell
 
 
@@ -126,6 +129,19 @@ def read_step(path: str | PathLike[str]) -> Document:
     wrong = flaw(data)
     if wrong:
         raise ExchangeError(f"{path} {wrong}; {_REEXPORT}, or fetch it again")
+    try:
+        document = _read(path, data, colored=True)
+    except ExchangeError as error:
+        if type(error.__cause__).__name__ not in _TRIPPED:
+            raise
+        document = _read(path, data, colored=False)
+    for warning in document.warnings:
+        _log.warning("%s: %s", path, warning)
+    return document
+
+
+def _read(path: Path, data: bytes, *, colored: bool) -> Document:
+    """What Open Cascade makes of a file, where wanted and possible with its colours."""
     settings = _READ | {"read.step.codepage": "UTF8" if is_utf8(data) else "CP1252"}
     with silence(), occ_errors(ExchangeError, f"reading {path}", _REEXPORT), interface_settings(settings):
         reader = STEPCAFControl_Reader()
@@ -144,15 +160,13 @@ def read_step(path: str | PathLike[str]) -> Document:
             if _makes_shapes(kind, problem):
                 shown = f"its entity {place} in order, {kind.partition('_')[2]}: {problem}"
                 raise ExchangeError(f"{path} is damaged ({shown}); {_REEXPORT}, or fetch it again")
-        colorless = any(kind in _COLOURING for _, kind, _ in broken)
+        colorless = not colored or any(kind in _COLOURING for _, kind, _ in broken)
         reader.SetColorMode(not colorless)
         document = Document(path.stem)
         if not reader.Transfer(document.handle) or document.is_empty:
             raise ExchangeError(f"{path} holds no shape; {_REEXPORT}, with its solids")
         lost = _failures(reader.ChangeReader().WS().TransferReader().TransientProcess().CheckList(False))
     document.warnings = tuple(_warnings(lost, document, colorless=colorless))
-    for warning in document.warnings:
-        _log.warning("%s: %s", path, warning)
     return document
 
 

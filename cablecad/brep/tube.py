@@ -93,7 +93,8 @@ def build_tube(fit: FittedCentreline, radius: float, *, method: Method = "direct
     Limits: Open Cascade's own use of the solid, healing and reading STEP among it, is right for lengths up to 1e8 radii
     (tests/brep/test_tube.py), as long as radii are above its confusion of 1e-7 mm: from 1e-6 mm on. Its mesher may join
     the seam to itself straight across a side face and leave the strip out: it did so in none of 1500 meshes of plane
-    curves, in one of a hundred of steep helices.
+    curves, in one of a hundred of steep helices, and in all of cables between two lead-outs that were shelled. Offset
+    surfaces mesh rightly once they are B-splines, by `ShapeCustom.ConvertToBSpline_s(shape, False, False, True)`.
     """
     if method not in get_args(Method):
         raise UsageError(f"no method {method!r} to make a tube; take one of {', '.join(get_args(Method))}")

@@ -324,3 +324,11 @@ def test_broken_colours_are_left_out_and_told(changed, old, new):
     assert document.solids == 18
     assert document.warnings[0].startswith("its colours could not be read; ")
     assert all(node.color is None for node in document.tree()[0].walk())
+
+
+def test_colours_that_open_cascade_trips_over_are_left_out_and_told():
+    """Of an occurrence coloured over: it wrote the file, and raises on reading its colours."""
+    document = read_step(DATA / "colored-occurrence.stp")
+    assert document.warnings[0].startswith("its colours could not be read; ")
+    (root,) = document.tree()
+    assert [node.volume for node in root.walk() if not node.children] == pytest.approx([5.215704, 10.0 * math.pi**2])
