@@ -255,7 +255,8 @@ def _settled(targets: Places, starts: Places, roots: list[int]) -> int:
     * of the last of them that refers to it the first reference that is not among them, and
     * none of those between refers to what is not among them;
 
-    or if none of the k refers to what is not among them, and it is the next root.
+    or if none of the k refers to what is not among them, and it is the next root. Who refers to one twice is taken to
+    do so where he does last, so that there may be a few less than that.
 
     Args:
         targets: What entities refer to, by one after the other, in the order in which the walk follows them.

@@ -100,54 +100,63 @@ def vary(theta: Curve, kappa: Curve, force: Array, *, start_clamped: bool, end_c
             f"the shape is too sharp for derivatives: it would take {panels} panels to resolve its bends, "
             f"{_MOST_PANELS} are the most"
         )
-    node, weight = gauss_legendre(_POINTS)
-    values, slopes = _functions(node)
-    width = np.diff(breaks)
-    angle = theta((breaks[:-1, None] + width[:, None] * node).ravel()).reshape(panels, -1)
-    cosine, sine = np.cos(angle), np.sin(angle)
-    weights = width[:, None] * weight
-    local = (slopes.T * weight) @ slopes / width[:, None, None]
-    local += values.T @ ((weights * (force[0] * cosine + force[1] * sine))[..., None] * values)
-    pull = np.stack([-(weights * sine) @ values, (weights * cosine) @ values], axis=-1)
-    # What is within a panel answers its two hats and the force alone, and is eliminated first.
-    own, hats = slice(0, PANEL_MODES), slice(PANEL_MODES, None)
-    outside = np.concatenate([local[:, own, hats], -pull[:, own]], axis=2)
-    answers = -np.linalg.solve(local[:, own, own], outside)  # to the hats, to the force
-    both = np.concatenate([local[:, hats, hats], -pull[:, hats]], axis=2)
-    both += np.swapaxes(local[:, own, hats], 1, 2) @ answers
-    ends = np.swapaxes(pull, 1, 2) @ np.concatenate(
-        [answers, np.broadcast_to(np.eye(2, 4), (panels, 2, 4))], axis=1
-    )  # the move of the end, by the hats and the force
-    count = panels + 1
-    system = np.zeros((count + 2, count + 2))
-    for a in (0, 1):
-        rows = np.arange(panels) + a
-        for b in (0, 1):
-            system[rows, np.arange(panels) + b] += both[:, a, b]
-        system[rows, count:] += both[:, a, 2:]
-        system[count:, rows] += ends[:, :, a].T
-    system[count:, count:] = ends[:, :, 2:].sum(axis=0)
-    first, last = 0, count - 1
-    free = np.ones(count + 2, bool)
-    free[[first, last]] = not start_clamped, not end_clamped
-    field, right = np.zeros((count + 2, 4)), np.zeros((count + 2, 4))
-    right[count:, :2] = np.eye(2)
-    for i, (held, hat) in enumerate(((start_clamped, first), (end_clamped, last)), 2):
-        if held:
-            field[hat, i] = 1.0
+    local, pull = _forms(theta, force, breaks)
+    system, answers = _condensed(local, pull)
+    hats = panels + 1  # the unknowns: the angles where panels meet, then the force
+    free = np.ones(hats + 2, bool)
+    free[[0, hats - 1]] = not start_clamped, not end_clamped
+    field, right = np.zeros((hats + 2, 4)), np.zeros((hats + 2, 4))
+    right[hats:, :2] = np.eye(2)
+    field[0, 2], field[hats - 1, 3] = start_clamped, end_clamped
     try:
         field[free] = np.linalg.solve(system[np.ix_(free, free)], (right - system @ field)[free])
     except np.linalg.LinAlgError:
         raise UsageError("the shape is straight or at a fold, where a change of the ends has no derivative") from None
-    reactions = system[[first, last]] @ field
+    moments = system[[0, hats - 1]] @ field
     kappa0, kappa1 = np.zeros((2, 4))
     if start_clamped:
-        kappa0 = -reactions[0]
+        kappa0 = -moments[0]
     if end_clamped:
-        kappa1 = reactions[1]
-    change, pair = field[count:], np.stack([field[: count - 1], field[1:count]], axis=1)
+        kappa1 = moments[1]
+    change, pair = field[hats:], np.stack([field[: hats - 1], field[1:hats]], axis=1)
     angles = np.concatenate([answers[..., :2] @ pair + answers[..., 2:] @ change, pair], axis=1)
-    return Variation(change, kappa0, kappa1, field[first], theta, breaks, angles, np.swapaxes(pull, 1, 2) @ angles)
+    return Variation(change, kappa0, kappa1, field[0], theta, breaks, angles, np.swapaxes(pull, 1, 2) @ angles)
+
+
+def _forms(theta: Curve, force: Array, breaks: Array) -> tuple[Array, Array]:
+    """Of each panel's functions int w' w' + (n.t) w w ds and int v w ds, shapes (panels, m, m) and (panels, m, 2)."""
+    node, weight = gauss_legendre(_POINTS)
+    values, slopes = _functions(node)
+    width = np.diff(breaks)
+    angle = theta((breaks[:-1, None] + width[:, None] * node).ravel()).reshape(len(width), -1)
+    cosine, sine = np.cos(angle), np.sin(angle)
+    weights = width[:, None] * weight
+    local = (slopes.T * weight) @ slopes / width[:, None, None]
+    local += values.T @ ((weights * (force[0] * cosine + force[1] * sine))[..., None] * values)
+    return local, np.stack([-(weights * sine) @ values, (weights * cosine) @ values], axis=-1)
+
+
+def _condensed(local: Array, pull: Array) -> tuple[Array, Array]:
+    """The equations of the hats and the force, once what is within a panel is eliminated, which answers these alone.
+
+    Returns:
+        The matrix, shape (panels + 3, panels + 3): rows of the hats, then the move of the end; and how the inner
+        functions of each panel answer its two hats and the force, shape (panels, m - 2, 4).
+    """
+    panels, own, hats = len(local), slice(0, PANEL_MODES), slice(PANEL_MODES, None)
+    answers = -np.linalg.solve(local[:, own, own], np.concatenate([local[:, own, hats], -pull[:, own]], axis=2))
+    rows = np.concatenate([local[:, hats, hats], -pull[:, hats]], axis=2)
+    rows += np.swapaxes(local[:, own, hats], 1, 2) @ answers
+    whole = np.concatenate([answers, np.broadcast_to(np.eye(2, 4), (panels, 2, 4))], axis=1)
+    moves = np.swapaxes(pull, 1, 2) @ whole
+    system, first = np.zeros((panels + 3, panels + 3)), np.arange(panels)
+    for a in (0, 1):
+        for b in (0, 1):
+            system[first + a, first + b] += rows[:, a, b]
+        system[first + a, -2:] += rows[:, a, 2:]
+        system[-2:, first + a] += moves[:, :, a].T
+    system[-2:, -2:] = moves[:, :, 2:].sum(axis=0)
+    return system, answers
 
 
 def _functions(share: Array) -> tuple[Array, Array]:
