@@ -99,7 +99,15 @@ def _values(text: str, *, is_text: bool) -> tuple[Any, ...]:
     Raises:
         UsageError: The text is none of the two forms.
     """
-    spread = None if is_text or text.startswith(("[", "{")) else _RANGE.fullmatch(text)
+    if not text:
+        raise UsageError("has no values; write NAME=START:STOP:COUNT or NAME=VALUE,VALUE,...")
+    if text[0] in "[{" and not is_text:  # vectors and tables hold commas and colons themselves
+        try:
+            listed = parse_json(f"[{text}]")
+        except ValueError as error:
+            raise UsageError(f"is no list of [x, y, z], [x, y, z], ..., or of {{ }}, {{ }}, ...: {error}") from error
+        return tuple(listed)
+    spread = None if is_text else _RANGE.fullmatch(text)
     if spread is not None:
         start, stop = (_number(spread[key].strip()) for key in ("start", "stop"))
         count = cell_value(spread["count"], is_text=False)
@@ -112,14 +120,6 @@ def _values(text: str, *, is_text: bool) -> tuple[Any, ...]:
         # In fractions, so that both ends are met and 0.1:0.7:7 has a 0.3 in it.
         step = (stop - start) / max(count - 1, 1)
         return tuple(float(start + i * step) for i in range(count))
-    if not text:
-        raise UsageError("has no values; write NAME=START:STOP:COUNT or NAME=VALUE,VALUE,...")
-    if text[0] in "[{":  # vectors and tables hold commas themselves
-        try:
-            listed = parse_json(f"[{text}]")
-        except ValueError as error:
-            raise UsageError(f"is no list of [x, y, z], [x, y, z], ..., or of {{ }}, {{ }}, ...: {error}") from error
-        return tuple(listed)
     return tuple(cell_value(part, is_text=is_text) for part in text.split(","))
 
 

@@ -12,7 +12,7 @@ from itertools import repeat
 from typing import TYPE_CHECKING, NamedTuple, ParamSpec
 
 from cablecad.errors import CablecadError, GeometryError, InvalidTubeError, Mistake, SceneError
-from cablecad.model import Clamp, Toward, tolerance_floor
+from cablecad.model import Cable, Clamp, Toward, tolerance_floor
 from cablecad.pipeline.cable import solve
 from cablecad.pipeline.clock import timed
 from cablecad.report import CableOutcome
@@ -97,6 +97,7 @@ def _prepared(outcomes: Sequence[CableOutcome], tolerance: float, method: Method
     usable: dict[int, float] = {}
     for i, outcome in enumerate(outcomes):
         try:
+            _refuse_too_small(outcome.cable)
             usable[i] = _usable_tolerance(outcome, _solution(outcome), tolerance)
             _refuse_spoilt_tube(_solution(outcome))
         except CablecadError as error:
@@ -190,24 +191,23 @@ def _checked(
     return solid
 
 
+def _refuse_too_small(cable: Cable) -> None:
+    """Refuse what Open Cascade would lose, by name."""
+    problem = "is too {} for a solid, for Open Cascade takes points within 1e-7 mm for one: {:g} mm is the least; {}"
+    if cable.section.radius < _LEAST_RADIUS:
+        said = problem.format("small", 2.0 * _LEAST_RADIUS, "give the scene in larger units")
+        raise SceneError([Mistake(f"cables.{cable.name}.diameter", said, cable.diameter)])
+    for key, support in (("start", cable.start_support), ("end", cable.end_support)):
+        if isinstance(support, Clamp) and 0.0 < support.straight < _LEAST_STRAIGHT:
+            said = problem.format("short", _LEAST_STRAIGHT, "leave it out")
+            raise SceneError([Mistake(f"cables.{cable.name}.{key}.straight", said, support.straight)])
+
+
 def _usable_tolerance(outcome: CableOutcome, solution: RodSolution, tolerance: float) -> float:
     """The tolerance within what numbers can keep and what a tube can bear."""
     cable = outcome.cable
     radius, place = cable.section.radius, f"cables.{cable.name}.diameter"
-    if radius < _LEAST_RADIUS:
-        problem = (
-            "is too small for a solid, for Open Cascade takes points within 1e-7 mm for one: "
-            f"{2.0 * _LEAST_RADIUS:g} mm is the least; give the scene in larger units"
-        )
-        raise SceneError([Mistake(place, problem, cable.diameter)])
     supports = (cable.start_support, cable.end_support)
-    for key, support in zip(("start", "end"), supports, strict=True):
-        if isinstance(support, Clamp) and 0.0 < support.straight < _LEAST_STRAIGHT:
-            problem = (
-                "is too short for a solid, for Open Cascade takes points within 1e-7 mm for one: "
-                f"{_LEAST_STRAIGHT:g} mm is the least; leave it out"
-            )
-            raise SceneError([Mistake(f"cables.{cable.name}.{key}.straight", problem, support.straight)])
     reach = max(abs(x) for support in supports if not isinstance(support, Toward) for x in support.position)
     floor = tolerance_floor(reach + solution.length)
     if tolerance < floor:
