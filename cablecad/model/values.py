@@ -106,11 +106,15 @@ def as_vector(value: object) -> object:
 
 def unit(vector: Vector) -> Vector:
     """`vector` scaled to length one, safe for components near the limits of a double."""
-    largest = max(abs(part) for part in vector)
-    scaled = [part / largest for part in vector]
-    norm = math.hypot(*scaled)
-    x, y, z = (part / norm for part in scaled)
-    return x, y, z
+    x, y, z = vector
+    largest = max(abs(x), abs(y), abs(z))
+    x, y, z = x / largest, y / largest, z / largest
+    norm = math.hypot(x, y, z)
+    return x / norm, y / norm, z / norm
+
+
+_set = object.__setattr__
+"""Of a frozen object, by whoever makes it."""
 
 
 class Checked(ABC):
@@ -136,9 +140,10 @@ class Checked(ABC):
     def _trusted(cls, **values: object) -> Self:
         """An object of values that were checked before, all of them given."""
         made = object.__new__(cls)
-        made._set(**values)
+        for key, value in values.items():
+            _set(made, key, value)
         return made
 
     def _set(self, **values: object) -> None:
         for key, value in values.items():
-            object.__setattr__(self, key, value)
+            _set(self, key, value)

@@ -6,13 +6,13 @@ from functools import partial
 
 import numpy as np
 
-from cablecad.rod.equilibria import SHARP_MODES, Equilibria, sides
+from cablecad.rod.equilibria import SHARP_MODES, Equilibria, modes_for, sides
 from cablecad.rod.flow import Jump
 from cablecad.rod.judge import clear_verdict, judge_in_plane, nodes
 from cablecad.rod.polish import Middle
 from cablecad.rod.problem import Problem
 from cablecad.rod.ritz import Ritz
-from cablecad.rod.stability import NEUTRAL, in_plane_at_nodes, stability
+from cablecad.rod.stability import NEUTRAL, form_in_plane, stability
 from cablecad.rod.taut import Taut, wrap
 from cablecad.rod.trial import Array
 
@@ -23,7 +23,7 @@ _TAUT_NOISE = 1e-7
 is turned exactly backwards, whose layer turns about the pull freely."""
 
 FEW = 24
-"""Of so few solutions the verdicts in the plane come from eigenvalues of the search's own modes: fewer calls."""
+"""Of so few solutions the verdicts that their own modes leave in doubt wait until someone asks."""
 
 
 def classify(
@@ -87,15 +87,14 @@ def classify(
         taut=np.zeros(len(scene), dtype=bool),
         a=zero,
         b=zero,
-        z=padded(z, SHARP_MODES),
+        z=_as_fine(z, middle.omega),
         held=np.broadcast_to(problem.judged, (len(scene), 2)),
         frame=zero,
         excess=problem.excess[scene],
     )
+    found.verdict[:, 0] = _rough_verdict(problem, found, z)
     if len(z) > FEW:
         judge_in_plane(found)
-    else:
-        found.verdict[:, 0] = _rough_verdict(problem, found, z)
     return found
 
 
@@ -103,7 +102,7 @@ def _rough_verdict(problem: Problem, found: Equilibria, z: Array) -> np.ndarray:
     """Verdicts in the plane by the search's own modes, 0 where they are not beyond doubt."""
     trial, values = nodes(*problem.judged, z.shape[1] - 2)
     theta = z @ values.T
-    margins = in_plane_at_nodes(
+    forms = form_in_plane(
         trial,
         np.cos(theta),
         np.sin(theta),
@@ -112,7 +111,7 @@ def _rough_verdict(problem: Problem, found: Equilibria, z: Array) -> np.ndarray:
         end_clamped=problem.judged[1],
         chord=_chord(found.excess),
     )
-    return clear_verdict(margins, np.maximum(found.omega, found.kappa_max / 2.0))
+    return clear_verdict(forms, np.maximum(found.omega, found.kappa_max / 2.0))
 
 
 def _bending(middle: Middle, z: Array, square: Array) -> Array:
@@ -238,6 +237,13 @@ def _bend(one: Taut, s: Array) -> Array:
 def _chord(excess: Array) -> Array:
     """From start to end in the frame of the chord, shape (n, 2)."""
     return np.stack([1.0 - excess, np.zeros_like(excess)], axis=-1)
+
+
+def _as_fine(z: Array, omega: Array) -> Array:
+    """Modes as `Equilibria` keeps them, where there are enough of them."""
+    out = padded(z, SHARP_MODES)
+    out[z.shape[1] - 2 < modes_for(omega)] = np.nan
+    return out
 
 
 def padded(z: Array, modes: int) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from operator import attrgetter
 from typing import Any, NamedTuple
@@ -19,6 +20,10 @@ SHARP_MODES = 44
 _MODES = ((7.0, 24), (11.0, 32))
 """Legendre modes that do up to an omega: they give the angles of 999 in 1000 shapes to 5e-6, from where few steps of
 Newton's method on the middle go to rounding (tests/experiments/planar_counts.py)."""
+
+_SKETCH_MODES = ((7.0, 14), (11.0, 16))
+"""Legendre modes from which Newton's method on the middle mostly ends where it does from more, in half the time
+(tests/experiments/planar_counts.py)."""
 
 _FORCELESS = 1e-6
 """Below this omega, force over EI times length squared of 1e-12, a shape is a circle or a line: rounding of the ends
@@ -219,7 +224,16 @@ _arrays = attrgetter(*(f.name for f in fields(Equilibria)))
 
 def modes_for(omega: Array) -> np.ndarray:
     """How many Legendre modes discretise shapes of these omega, shape (n,)."""
-    limits, counts = zip(*_MODES, strict=True)
+    return _by_omega(_MODES, omega)
+
+
+def sketch_modes_for(omega: Array) -> np.ndarray:
+    """How many lead to them, shape (n,)."""
+    return _by_omega(_SKETCH_MODES, omega)
+
+
+def _by_omega(table: Sequence[tuple[float, int]], omega: Array) -> np.ndarray:
+    limits, counts = zip(*table, strict=True)
     modes: np.ndarray = np.array([*counts, SHARP_MODES])[np.searchsorted(limits, omega, side="right")]
     return modes
 

@@ -20,7 +20,7 @@ from cablecad.rod.equilibria import Equilibria, modes_for
 from cablecad.rod.midpoint import State
 from cablecad.rod.ritz import ritz
 from cablecad.rod.stability import NEUTRAL, forms_at_nodes, stability
-from cablecad.rod.steady import all_definite, is_steady
+from cablecad.rod.steady import definite, is_steady
 from cablecad.rod.trace import Trace
 from cablecad.rod.trial import Array, TrialSpace, legendre, trial_space
 
@@ -45,14 +45,23 @@ DOUBT = 1e-5
 FINEST = 128
 
 CLEAR = 0.02
-"""A margin of the search's own 24 or 44 modes, right to 6e-3 (1 + steepness^2) at worst, has its sign beyond this."""
+"""A margin of the search's own 14 to 44 modes, right to 6e-3 (1 + steepness^2) at worst, has its sign beyond this."""
 
 
-def clear_verdict(margins: Array, steepness: Array) -> np.ndarray:
-    """1 or -1 where the sign of a rough margin is beyond doubt, else 0."""
-    clear = (np.abs(margins) > CLEAR * (1.0 + steepness**2)) & (steepness <= SHARPEST)
-    verdict: np.ndarray = np.where(clear, np.sign(margins), 0).astype(int)
+def clear_verdict(forms: Array, steepness: Array) -> np.ndarray:
+    """1 or -1 where the least eigenvalue of rough forms, shape (n, m, m), has its sign beyond doubt, else 0."""
+    verdict = _signs(forms, CLEAR * (1.0 + steepness**2))
+    verdict[steepness > SHARPEST] = 0
     return verdict
+
+
+def _signs(forms: Array, doubt: Array) -> np.ndarray:
+    """Signs of the least eigenvalues of symmetric matrices, shape (n, m, m); 0 where it is within `doubt`, (n,)."""
+    shift = doubt[:, None, None] * np.eye(forms.shape[-1])
+    sign = definite(forms - shift).astype(int)
+    rest = np.flatnonzero(sign == 0)
+    sign[rest] = np.where(definite(forms[rest] + shift[rest]), 0, -1)
+    return sign
 
 
 Plane = Literal[0, 1]
@@ -60,12 +69,12 @@ Plane = Literal[0, 1]
 
 
 def judge_in_plane(found: Equilibria) -> None:
-    """Find the verdicts in the plane, by which the search ranks; the steepest shapes are left for later.
+    """Find the verdicts in the plane that are missing, by which the search ranks; the steepest are left for later.
 
     Margins are found only of those that are near zero: most equilibria of a search nobody ever asks about.
     """
     steepness = np.maximum(found.omega, found.kappa_max / 2.0)
-    rows = np.flatnonzero(steepness <= SHARPEST)
+    rows = np.flatnonzero((steepness <= SHARPEST) & (found.verdict[:, 0] == 0))
     _decide_clear(found, rows, steepness[rows])
     rows = rows[found.verdict[rows, 0] == 0]
     if not len(rows):
@@ -83,10 +92,7 @@ def _decide_clear(found: Equilibria, rows: np.ndarray, steepness: Array) -> None
     doubt[rows] = SURE * (1.0 + steepness**2)
     for own, some, space in _alike(found, rows, _counts(VERDICT_MODES, steepness)):
         (forms,), _ = _forms(some, space, *some.tangents(space.s), (0,))
-        one = np.eye(forms.shape[-1])
-        for i, form in zip(own.tolist(), forms, strict=True):
-            shift = doubt[i] * one
-            found.verdict[i, 0] = 1 if all_definite(form - shift) else 0 if all_definite(form + shift) else -1
+        found.verdict[own, 0] = _signs(forms, doubt[own])
 
 
 def judge(found: Equilibria) -> None:

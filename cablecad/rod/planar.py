@@ -5,7 +5,8 @@ Units: L = EI = 1; the start is the origin. Scenes go through in arrays; one sce
 1. Taut cables (`taut`): nearly straight but misaligned; exact in closed form where omega > 36.
 2. Descent (`descend`): an SQP on the energy over a dozen Legendre modes from several windings and asymmetric starts.
    A winding whose least energy, (difference of end angles)^2/2, exceeds the best found cannot win and is left out.
-3. Newton's method over 24 to 44 modes (`newton`), then on the state at mid-span against the exact flow (`polish`).
+3. Newton's method over 14 or 16 modes, or 24 to 44 where these do not do (`newton`), then on the state at mid-span
+   against the exact flow (`polish`).
 4. Sorting out: duplicates dropped, energy, inflections, side, residual, and the stability of each.
 
 The search is stated, not proved complete. On 2000 random scenes
@@ -21,11 +22,11 @@ import numpy as np
 
 from cablecad.rod.classify import classify, classify_taut, padded
 from cablecad.rod.descent import descend, first_force
-from cablecad.rod.equilibria import SHARP_MODES, Equilibria, absolute, join, modes_for, ranked
+from cablecad.rod.equilibria import SHARP_MODES, Equilibria, absolute, join, modes_for, ranked, sketch_modes_for
 from cablecad.rod.polish import polish
 from cablecad.rod.problem import Problem
 from cablecad.rod.quadrature import gauss_legendre
-from cablecad.rod.ritz import gap, newton, ritz
+from cablecad.rod.ritz import SETTLED, gap, newton, ritz
 from cablecad.rod.starts import starts
 from cablecad.rod.taut import EXACT, Taut, taut, wrap
 from cablecad.rod.trial import Array, legendre
@@ -46,6 +47,12 @@ _ALIKE = 1e-9
 
 _FULL = 0.1
 """Share of the excess that a discretised solution may miss."""
+
+_BENT = 1.0
+"""Largest angle [rad] above which a sketch may do: of small angles the modes themselves have to give all digits."""
+
+_SKETCHED = 1e-3
+"""Last change of the angles up to which a sketch is refined; `polish` does the rest. 1e-2 and 1e-5 take longer."""
 
 RESIDUAL = 1e-12
 """Largest unmet end condition of a solution: position over length, angle in radians."""
@@ -222,29 +229,46 @@ def _first_force(problem: Problem, z: Array) -> Array:
 
 
 def _finish(problem: Problem, scene: np.ndarray, z: Array, force: Array) -> list[Equilibria]:
-    """From near solutions to equilibria."""
+    """From near solutions to equilibria: by a sketch where that may do, and what does not end there by all modes."""
     # By scene, so that what is found of one does not depend on the others.
     hardest = np.zeros(len(problem.excess))
     np.maximum.at(hardest, scene, np.sqrt(np.hypot(force[:, 0], force[:, 1])))
-    modes = modes_for(hardest[scene])
+    enough = modes_for(hardest[scene])
+    functions = ritz(*problem.kind, COARSE_MODES).functions
+    bent = np.max(np.abs(z[:, : COARSE_MODES + 2] @ functions.T), axis=1) > _BENT
+    modes = np.where(bent, sketch_modes_for(hardest[scene]), enough)
     done: list[Equilibria] = []
-    for count in np.unique(modes).tolist():
-        rows = np.flatnonzero(modes == count)
-        done.append(_finish_with(problem, count, scene[rows], z[rows, : count + 2], force[rows]))
+    left = np.arange(len(scene))
+    while len(left):
+        again = []
+        for count in np.unique(modes[left]).tolist():
+            rows = left[modes[left] == count]
+            sketch = count < enough[rows]
+            settled = _SKETCHED if sketch.all() else SETTLED
+            found, ended = _finish_with(problem, count, scene[rows], z[rows, : count + 2], force[rows], settled)
+            done.append(found)
+            again.append(rows[~ended & sketch])
+        left, modes = np.concatenate(again), enough
     return done
 
 
-def _finish_with(problem: Problem, modes: int, scene: np.ndarray, z: Array, force: Array) -> Equilibria:
+def _finish_with(
+    problem: Problem, modes: int, scene: np.ndarray, z: Array, force: Array, settled: float
+) -> tuple[Equilibria, np.ndarray]:
+    """The equilibria that near solutions lead to over so many modes, and which of them did lead to one, shape (n,)."""
     space = ritz(*problem.kind, modes)
-    z, force, change = newton(space, z, force, problem.excess[scene])
+    z, force, change = newton(space, z, force, problem.excess[scene], settled=settled)
     # A line is no answer, though a hair of excess is less than the residual allows.
     short = np.abs(gap(space, z, problem.excess[scene])[2][:, 0])
-    good = np.flatnonzero((change < 1e-5) & (short <= _FULL * problem.excess[scene]))
+    ended = (change < settled) & (short <= _FULL * problem.excess[scene])
+    good = np.flatnonzero(ended)
     kept = good[_distinct(scene[good], z[good], 1e-6)]
     scene, z, force = scene[kept], z[kept], force[kept]
     middle, probe, residual = polish(space, z, force, problem.targets[scene], problem.excess[scene])
+    ended[kept] = residual <= RESIDUAL
     kept = np.flatnonzero(residual <= RESIDUAL)
-    return classify(problem, space, scene[kept], z[kept], middle.take(kept), probe.take(kept), residual[kept])
+    found = classify(problem, space, scene[kept], z[kept], middle.take(kept), probe.take(kept), residual[kept])
+    return found, ended
 
 
 def _distinct(scene: np.ndarray, z: Array, tolerance: float = 1e-2) -> np.ndarray:

@@ -185,7 +185,7 @@ def unmet(space: Ritz, middle: Middle, targets: Array, excess: Array, flat: np.n
 
 
 def polish(
-    space: Ritz, z: Array, force: Array, targets: Array, excess: Array, *, iterations: int = 6
+    space: Ritz, z: Array, force: Array, targets: Array, excess: Array, *, iterations: int = 10
 ) -> tuple[Middle, Jump, Array]:
     """Bring discretised solutions to rounding.
 
@@ -228,10 +228,10 @@ def _polish_together(
         middle = middle.replaced(rows, _from_layers(middle.take(rows), layers[rows]))
     flat = np.max(np.abs(z @ space.functions.T), axis=1) < _FLAT
     best = np.full(len(z), np.inf)
-    kept = middle
+    kept = current = middle
     active = np.arange(len(z))
-    current = middle
-    for _ in range(iterations):
+    before = step = np.zeros((len(z), 4))
+    for turn in range(iterations):
         missing, there = unmet(space, current, targets[active], excess[active], flat[active])
         scale = np.ones((len(active), 4))
         for end in (0, 1):
@@ -253,13 +253,33 @@ def _polish_together(
         if not go.any():
             break
         current, missing, active = current.take(np.flatnonzero(go)), missing[go], active[go]
-        moved = _advance(current, -(matrix[active] @ missing[:, :, None])[:, :, 0])
+        own = matrix[active]
+        if turn:
+            own = matrix[active] = _corrected(own, step[go], missing - before[go], ~pulled[active])
+        before, step = missing, -(own @ missing[:, :, None])[:, :, 0]
+        moved = _advance(current, step)
         rows = np.flatnonzero(pulled[active])
         if len(rows):
             own = _advance_layers(space, current.take(rows), layers[active[rows]], -missing[rows])
             moved = moved.replaced(rows, own)
         current = moved
     return kept, probe, best
+
+
+def _corrected(matrix: Array, step: Array, gained: Array, rows: np.ndarray) -> Array:
+    """Inverse derivatives that answer the last change of the end conditions by the last step: Broyden's good method.
+
+    Args:
+        matrix: Inverse derivatives, shape (n, 4, 4).
+        step: Last steps of the middle, shape (n, 4).
+        gained: By how much the end conditions changed, shape (n, 4).
+        rows: Which went that step, shape (n,).
+    """
+    answer = (matrix @ gained[:, :, None])[:, :, 0]
+    along = np.einsum("ni,ni->n", step, answer)
+    wrong = (step - answer) / np.where(rows & (along != 0.0), along, np.inf)[:, None]
+    corrected: Array = matrix + wrong[:, :, None] * (step[:, None, :] @ matrix)
+    return corrected
 
 
 def _from_layers(middle: Middle, layers: Array) -> Middle:

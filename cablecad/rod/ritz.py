@@ -24,6 +24,12 @@ from cablecad.rod.trial import Array, integrals, legendre, products
 CAP = 1.0
 """Largest change of an angle in one step [rad]; beyond it the quadratic model of sin and cos means nothing."""
 
+SETTLED = 1e-5
+"""Last relative change of the angles. The next one is its square, less than the modes themselves leave."""
+
+_SETTLED_SMALL = 1e-7
+"""That of small angles, whose square is rounding: their energy has no other source."""
+
 _BLOCK = 128
 """Systems set up and solved at once: their matrices, 1 MB, keep to memory that is there already. With all of 400 at
 once new memory takes as long as the arithmetic."""
@@ -125,7 +131,14 @@ def respond(space: Ritz, force: Array, sine: Array, cosine: Array) -> tuple[Arra
 
 
 def newton(
-    space: Ritz, z: Array, force: Array, excess: Array, *, iterations: int = 12, contraction: float = np.inf
+    space: Ritz,
+    z: Array,
+    force: Array,
+    excess: Array,
+    *,
+    iterations: int = 12,
+    contraction: float = np.inf,
+    settled: float = SETTLED,
 ) -> tuple[Array, Array, Array]:
     """Newton's method on the stationarity conditions, towards whatever equilibrium is near.
 
@@ -137,11 +150,14 @@ def newton(
         iterations: At most so many. Where two branches are about to meet each step only halves the last: of 1000 random
             scenes 8 found 2307 stable equilibria, 12 found 2312, 16 found 2315 in a tenth more time.
         contraction: A step longer than this of the one before ends a row without convergence: it was not near.
+        settled: Last relative change of the angles that is asked for.
 
     Returns:
-        z, force, and the last relative change of the angles, shape (n,): above 1e-5 it did not converge.
+        z, force, and the last relative change of the angles, shape (n,): above `settled` it did not converge.
     """
-    parts = [_newton_on(space, z[own], force[own], excess[own], iterations, contraction) for own in blocks(len(z))]
+    parts = [
+        _newton_on(space, z[own], force[own], excess[own], iterations, contraction, settled) for own in blocks(len(z))
+    ]
     z, force, change = (np.concatenate(part) for part in zip(*parts, strict=True))
     return z, force, change
 
@@ -152,7 +168,7 @@ def blocks(count: int) -> list[slice]:
 
 
 def _newton_on(
-    space: Ritz, z: Array, force: Array, excess: Array, iterations: int, contraction: float
+    space: Ritz, z: Array, force: Array, excess: Array, iterations: int, contraction: float, settled: float
 ) -> tuple[Array, Array, Array]:
     """`newton` for one block."""
     z, force = z.copy(), force.copy()
@@ -182,9 +198,7 @@ def _newton_on(
         force[rows] += shrink * step[:, d:] * SIGNS
         scale = np.minimum(1.0, np.max(np.abs(moved @ space.functions.T), axis=1))
         change[rows] = bend / np.maximum(scale, 1e-300)
-        # The next change is the square of this one: 1e-5 leaves less than the modes themselves do, 1e-7 rounding,
-        # which small angles need: their energy has no other source.
-        rows = rows[change[rows] > np.where(scale < 0.5, 1e-7, 1e-5)]
+        rows = rows[change[rows] > np.where(scale < 0.5, _SETTLED_SMALL, settled)]
         if not len(rows):
             break
     return z, force, change

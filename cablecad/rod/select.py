@@ -38,8 +38,7 @@ def select_model(cable: Cable) -> Selection:
     start, end = cable.start_support, cable.end_support
     if isinstance(end, Toward):
         return Selection("planar", "pinned at both ends: the plane of the chord and the bulge, closed form")
-    chord = np.array(end.position) - np.array(start.position)
-    distance = float(np.linalg.norm(chord))
+    distance = math.dist(start.position, end.position)
     if isinstance(cable.length, int | float) and cable.slack is None:
         rounding = 4.0 * np.finfo(float).eps * (cable.length + _reach(start, end))
         if cable.length < distance - rounding:
@@ -53,7 +52,7 @@ def select_model(cable: Cable) -> Selection:
                     f"length {cable.length:.3g} mm is less than numbers tell apart at the place of its ends, "
                     f"{rounding:.3g} mm; make the cable longer or bring the scene nearer to the origin"
                 )
-            return _straight(cable, unit_vector(chord), distance)
+            return _straight(cable, unit_vector(np.subtract(end.position, start.position)), distance)
     if cable.is_pinned:
         return Selection("planar", "pinned at both ends: the plane of the chord and the bulge, closed form")
     return Selection("planar", "the ends lie in one plane: planar elastica")

@@ -218,12 +218,12 @@ def forms_at_nodes(
     return restricted(np.stack([flat[0], tilted[0]]), rows), free
 
 
-def in_plane_at_nodes(
+def form_in_plane(
     space: TrialSpace, cosine: Array, sine: Array, n: Array, *, start_clamped: bool, end_clamped: bool, chord: Array
 ) -> Array:
-    """The margin in the plane alone; arguments as for `forms_at_nodes`, shape (...,)."""
+    """The form in the plane alone, shape (..., m, m); arguments as for `forms_at_nodes`."""
     tension = n[..., :1] * cosine + n[..., 1:] * sine
-    return least_eigenvalue(*_in_plane(space, cosine, sine, tension, chord, not start_clamped and not end_clamped))
+    return restricted(*_in_plane(space, cosine, sine, tension, chord, not start_clamped and not end_clamped))
 
 
 def _chord(space: TrialSpace, cosine: Array, sine: Array) -> Array:
@@ -308,11 +308,6 @@ def _zero_modes(
     across = axis[..., :1] * cosine + axis[..., 1:] * sine
     rows = [np.where(free[..., None], about, 0.0), np.where(second[..., None], across, 0.0)]
     return [row @ space.weighted for row in rows], free
-
-
-def least_eigenvalue(form: Array, rows: Array) -> Array:
-    """Least eigenvalue of symmetric matrices on the null space of a few rows, shape (...,); see `restricted`."""
-    return np.asarray(np.linalg.eigvalsh(restricted(form, rows))[..., 0], dtype=float)
 
 
 def restricted(form: Array, rows: Array) -> Array:

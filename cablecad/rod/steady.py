@@ -15,6 +15,9 @@ import numpy as np
 from cablecad.rod.stability import PARALLEL
 from cablecad.rod.trial import Array, TrialSpace
 
+_TOGETHER = 16
+"""Matrices decomposed by one call: one that is not definite ends it."""
+
 _STIFF = 1e6
 """Stiffness of a forbidden motion over the greatest in the form: lowers the others by 1e-6 of what couples them."""
 
@@ -85,6 +88,15 @@ def is_steady(
                 np.add(form, np.multiply.outer(row * (stiff / size), row), out=form)
     forms -= above * np.eye(forms.shape[-1])
     return all_definite(forms), free
+
+
+def definite(forms: Array) -> np.ndarray:
+    """Which of many symmetric matrices, shape (n, m, m), are positive definite, shape (n,)."""
+    are = np.zeros(len(forms), dtype=bool)
+    for low in range(0, len(forms), _TOGETHER):
+        some = slice(low, low + _TOGETHER)
+        are[some] = True if all_definite(forms[some]) else [all_definite(form) for form in forms[some]]
+    return are
 
 
 def all_definite(forms: Array) -> bool:

@@ -142,8 +142,9 @@ def _twins_by_bulge(listed: list[Equilibrium]) -> Iterator[Equilibrium]:
         if j == i + 1:
             yield listed[i]
         else:
-            twins = [replace(twin, energy_per_EI=listed[i].energy_per_EI) for twin in listed[i:j]]
-            yield from sorted(twins, key=_towards_bulge)
+            energy = listed[i].energy_per_EI
+            twins = sorted(listed[i:j], key=_towards_bulge)
+            yield from (twin if twin.energy_per_EI == energy else replace(twin, energy_per_EI=energy) for twin in twins)
         i = j
 
 
@@ -158,7 +159,7 @@ def _alike(one: Equilibrium, other: Equilibrium) -> bool:
 def _towards_bulge(twin: Equilibrium) -> tuple[float, ...]:
     """Heights of the middle and of the quarter point towards the bulge, negative; rounding counts as level."""
     assert twin.trace is not None  # the planar solver's own equilibria have one
-    return tuple(-np.round(twin.trace.among.heights[twin.trace.place], 9))
+    return tuple(-round(height, 9) for height in twin.trace.among.heights[twin.trace.place].tolist())
 
 
 def equilibrium_of(cable: Cable, trace: Trace, numbers: Numbers, ratio: float | None) -> Equilibrium:

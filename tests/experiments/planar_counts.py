@@ -1,9 +1,10 @@
-"""What chose the counts of the planar solver: ``python planar_counts.py [seed]``, about three minutes.
+"""What chose the counts of the planar solver: ``python planar_counts.py [seed]``, about four minutes.
 
 1. Modes of the final Newton's method, `equilibria._MODES` and `SHARP_MODES`: too few, and the polish from there does
    not end below the residual (an equilibrium is lost); too many cost time.
-2. Starts: how many of the bends are needed for no least energy to lie above the best known.
-3. `CHUNK`: scenes that go through together; time of a scene, and the greatest memory numpy held.
+2. Those of the sketch that goes before, `equilibria._SKETCH_MODES`: too few, and much is done over again.
+3. Starts: how many of the bends are needed for no least energy to lie above the best known.
+4. `CHUNK`: scenes that go through together; time of a scene, and the greatest memory numpy held.
 
 Each line prints what was tried, then what it lost or took; the product's own choice is marked with *.
 """
@@ -70,6 +71,24 @@ def modes(scenes, best):
     give("SHARP_MODES", sharp)
 
 
+def sketches(scenes, best):
+    say("modes of the sketch: unsolved, above the best known, stable met, ms a scene")
+    chosen = equilibria._SKETCH_MODES
+    for table in (
+        equilibria._MODES,
+        *[((7.0, count), (11.0, count + 2)) for count in (8, 10, 12, 14, 16, 18)],
+        ((7.0, 14), (11.0, 16), (14.0, 20)),
+        ((7.0, 14), (11.0, 16), (18.0, 25)),
+        ((7.0, 14), (11.0, 18), (14.0, 22), (20.0, 28)),
+    ):
+        give("_SKETCH_MODES", table)
+        energy, met, taken = min((solve(scenes) for _ in range(3)), key=lambda one: one[2])
+        above, lost = np.count_nonzero(energy > best * (1.0 + 1e-9)), np.count_nonzero(~np.isfinite(energy))
+        named = ", ".join(f"{count} to {omega:g}" for omega, count in table)
+        say(f" {mark(table == chosen)} {named}: {lost}, {above}, {met}, {taken:.2f}")
+    give("_SKETCH_MODES", chosen)
+
+
 def bends(scenes, best):
     say("starts: bends a winding: above the best known, stable met, ms a scene")
     chosen = starts._BENDS
@@ -102,5 +121,6 @@ if __name__ == "__main__":
     solve(some.take(slice(0, 2)))  # trial functions are made once in a process
     least = np.fmin(solve(some, search="wide")[0], search_45(some))
     modes(some, least)
+    sketches(some, least)
     bends(some, least)
     chunks(random_scenes(2048, seed + 1))

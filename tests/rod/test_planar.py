@@ -6,6 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from cablecad.rod import planar
 from cablecad.rod.follow import follow_planar
 from cablecad.rod.planar import solve_planar
 from cablecad.rod.trial import gauss_legendre
@@ -246,3 +247,25 @@ def test_a_hair_of_excess_is_no_line(excess, end_clamped, load):
     found = solve_planar([0.0], [0.0], [(1.0 - excess, 0.0)], excess=[excess], end_clamped=end_clamped).equilibria
     assert np.allclose(found.energy[:2] / excess, load, rtol=1e-12)
     assert found.kappa_max[0] > 0.0
+
+
+@pytest.mark.parametrize("held", [(True, True), (True, False), (False, True)])
+def test_a_sketch_leads_to_all_that_all_modes_lead_to(held, monkeypatch):
+    """Few modes serve where omega is up to 11; what they led to others or nowhere would be missing here."""
+    a, b, end = random_scenes(300, 11)
+
+    def found():
+        return solve_planar(a, b, end, start_clamped=held[0], end_clamped=held[1]).equilibria
+
+    sketched = found()
+    monkeypatch.setattr(planar, "_BENT", math.inf)
+    full = found()
+    below = full.take(np.flatnonzero(full.omega < 11.0))
+    assert len(below) > 300
+    for scene, energy, theta, kappa in zip(below.scene, below.energy, below.theta, below.kappa, strict=True):
+        own = sketched.scene == scene
+        turned = (sketched.theta[own] - theta + np.pi) % (2.0 * np.pi) - np.pi
+        off = np.abs(sketched.energy[own] / energy - 1.0) + np.abs(turned) + np.abs(sketched.kappa[own] - kappa)
+        assert off.min() < 1e-8
+    assert np.isnan(sketched.z).any()
+    assert not np.isnan(sketched.modes).any()
