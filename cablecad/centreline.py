@@ -19,7 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
@@ -242,7 +242,7 @@ class Centreline:
         lengths = [piece.length for piece in self.pieces]
         if not all(length > 0.0 and math.isfinite(length) for length in lengths):
             raise GeometryError(f"every piece of a centreline needs a positive length; got {lengths} mm")
-        self.breaks: Array = np.concatenate([[0.0], np.cumsum(lengths)])
+        self.breaks: Array = np.array([0.0, *accumulate(lengths)])
         self.length = float(self.breaks[-1])
         self._check_joints()
 

@@ -189,7 +189,7 @@ class _Numbering:
         """Where an entity stands in a set: a style before those that override one."""
         return self._body(entity).startswith(_OVERRIDING), self._content(entity)
 
-    def lines(self) -> Iterator[bytes]:
+    def lines(self) -> Iterator[bytes | memoryview]:
         """The text of the entities in the order of their numbers: a line, or many that are as they were."""
         numbers = self.numbers
         for entity, first in self.same.items():
@@ -222,16 +222,16 @@ class _Numbering:
         found: list[int] = order[changed[order]].tolist()
         return found
 
-    def _with_new(self, order: Places, new: dict[int, bytes]) -> Iterator[bytes]:
+    def _with_new(self, order: Places, new: dict[int, bytes]) -> Iterator[bytes | memoryview]:
         """The lines in order, with new ones in the place of old."""
-        bounds = self.entities.bounds
+        text, bounds = memoryview(self.entities.text), self.entities.bounds
         is_new = np.zeros(len(self.entities), bool)
         is_new[list(new)] = True
         alone = is_new[order]
         first = np.flatnonzero(np.append(True, (np.diff(order) != 1) | alone[1:] | alone[:-1]))
         begins, ends = order[first], order[np.append(first[1:], len(order)) - 1] + 1
         for entity, begin, end in zip(begins.tolist(), bounds[begins].tolist(), bounds[ends].tolist(), strict=True):
-            yield b"%s\n" % new[entity] if entity in new else self.entities.text[begin:end]
+            yield b"%s\n" % new[entity] if entity in new else text[begin:end]
 
 
 def _followed(entities: Entities) -> Places:
@@ -240,9 +240,11 @@ def _followed(entities: Entities) -> Places:
     Those of a complex entity are followed as Open Cascade counts them: of a context the units come before the
     uncertainty, which stands before them.
     """
-    targets, starts = entities.targets.copy(), entities.starts
-    for entity in np.flatnonzero(entities.initials.astype("S1") == b"(").tolist():
-        targets[starts[entity] : starts[entity + 1]].sort()
+    targets = entities.targets.copy()
+    counts = np.diff(entities.starts)
+    owners = np.repeat(np.arange(len(counts)), counts)
+    own = np.flatnonzero((entities.initials.astype("S1") == b"(")[owners])
+    targets[own] = targets[own][np.lexsort((targets[own], owners[own]))]
     return targets
 
 

@@ -70,7 +70,7 @@ class Entities:
 class _Block(NamedTuple):
     """Some entities: their lines, first characters, and all numbers behind a #, with whether each is a definition."""
 
-    text: bytes
+    text: bytearray
     initials: Tokens
     values: Places
     defines: np.ndarray
@@ -124,7 +124,8 @@ def _blocks(text: bytes, begin: int, end: int) -> Iterator[bytes]:
 def _read_block(block: bytes) -> _Block:
     # A line before the first, so that all begin alike; and room to look beyond the last.
     before = b";\n"
-    text = np.frombuffer(bytearray(b"".join((before, *_with_plain_strings(block), bytes(24)))), np.uint8)
+    written = bytearray().join((before, *_with_plain_strings(block), bytes(24)))
+    text = np.frombuffer(written, np.uint8)
     if _may_be_infinite(text) and _NOT_FINITE.search(b"'".join(block.split(b"'")[::2])):
         raise GeometryError(
             "a solid has coordinates that are not finite numbers, and STEP cannot hold them; "
@@ -137,8 +138,8 @@ def _read_block(block: bytes) -> _Block:
     bodies = _without_spaces(text, _without_spaces(text, behind[defines]) + 1)  # around the =
     initials = np.ndarray((len(text) - INITIALS,), f"S{INITIALS}", text, strides=(1,))[bodies]
     shorten_reals(text)
-    lines = text[len(before) :].tobytes().translate(_UNMASKED, bytes([_NOTHING]))
-    return _Block(lines, initials, values, defines)
+    text[: len(before)] = _NOTHING
+    return _Block(written.translate(_UNMASKED, bytes([_NOTHING])), initials, values, defines)
 
 
 def _with_plain_strings(data: bytes) -> list[bytes]:
@@ -152,11 +153,13 @@ def _with_plain_strings(data: bytes) -> list[bytes]:
     done = 0
     for begin, end in zip(first[filled].tolist(), last[filled].tolist(), strict=True):
         string = data[begin:end]
-        if string not in known:
+        plain = known.get(string)
+        if plain is None:
             plain = requoted(b"'" + string + b"'")[1:-1]
-            known[string] = plain.replace(b"#", HASH_IN_STRING).replace(b".", _POINT_IN_STRING)
-        pieces += (data[done:begin], known[string])
-        done = end
+            plain = known[string] = plain.replace(b"#", HASH_IN_STRING).replace(b".", _POINT_IN_STRING)
+        if plain != string:
+            pieces += (data[done:begin], plain)
+            done = end
     return [*pieces, data[done:]]
 
 

@@ -82,7 +82,7 @@ def _spans(pieces: Sequence[FittedPiece], radii: Array) -> tuple[Array, Array]:
         (n1, n2, n3), (b1, b2, b3), (t1, t2, t3) = n, b, slopes[:3]
         section = (n2 * b3 - n3 * b2) * t1 + (n3 * b1 - n1 * b3) * t2 + (n1 * b2 - n2 * b1) * t3
         vectors = np.stack([n, b, slopes[:3], n_slope, b_slope]).reshape(5, 3, -1)
-        products = np.einsum("icn,jcn->ijn", vectors, vectors).reshape(25, -1)
+        products = np.concatenate([np.einsum("cn,jcn->jn", vectors[i], vectors[i:]) for i in range(5)])
         around, along, both = (_SIDE_FORMS @ products).reshape(3, len(_ANGLES), *section.shape)
         size = np.sqrt(around * along - both**2).mean(axis=0)
         weights = step / 2.0 * _WEIGHTS
@@ -96,13 +96,17 @@ def _side_forms() -> Array:
     By dS/dphi = cos B - sin N and dS/dv = P' + cos N' + sin B'.
 
     Returns:
-        Shape (3 angles, 25): of the one with itself, of the other with itself, of the two.
+        Shape (3 angles, 15): of the one with itself, of the other with itself, of the two; products of each of the
+        five with itself and those behind it.
     """
     cosine, sine, zero = np.cos(_ANGLES), np.sin(_ANGLES), np.zeros(len(_ANGLES))
     around = np.stack([-sine, cosine, zero, zero, zero])
     along = np.stack([zero, zero, zero + 1.0, cosine, sine])
     pairs = ((around, around), (along, along), (around, along))
-    return np.concatenate([np.einsum("ia,ja->aij", one, other).reshape(-1, 25) for one, other in pairs])
+    full = np.concatenate([np.einsum("ia,ja->aij", one, other) for one, other in pairs])
+    first, second = np.triu_indices(5)
+    forms: Array = np.where(first == second, 0.5, 1.0) * (full[:, first, second] + full[:, second, first])
+    return forms
 
 
 _SIDE_FORMS = _side_forms()

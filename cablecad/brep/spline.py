@@ -11,6 +11,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -124,7 +125,7 @@ class FittedCentreline:
     @cached_property
     def breaks(self) -> Array:
         """Arclengths where pieces begin and end [mm]."""
-        return np.concatenate([[0.0], np.cumsum([piece.length for piece in self.pieces])])
+        return np.array([0.0, *accumulate(piece.length for piece in self.pieces)])
 
     @property
     def length(self) -> float:

@@ -12,7 +12,7 @@ from itertools import repeat
 from typing import TYPE_CHECKING, NamedTuple, ParamSpec
 
 from cablecad.errors import CablecadError, GeometryError, InvalidTubeError, Mistake, SceneError
-from cablecad.model import Cable, Clamp, Toward, tolerance_floor
+from cablecad.model import Cable, Clamp, Pin, Toward, tolerance_floor
 from cablecad.pipeline.cable import solve
 from cablecad.pipeline.clock import timed
 from cablecad.report import CableOutcome
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from cablecad.rod.solution import RodSolution
 
 P = ParamSpec("P")
+Supports = tuple[Clamp | Pin, Clamp | Pin | Toward]
+"""Of a cable's start and end."""
 
 WORST_DEVIATION = 1.0 / 20.0
 """A shape tolerance above this share of the radius is lowered to it: beyond it the tube is no tube."""
@@ -96,9 +98,10 @@ def _prepared(outcomes: Sequence[CableOutcome], tolerance: float, method: Method
     results: dict[int, Prepared | CablecadError] = {}
     usable: dict[int, float] = {}
     for i, outcome in enumerate(outcomes):
+        supports = outcome.cable.start_support, outcome.cable.end_support
         try:
-            _refuse_too_small(outcome.cable)
-            usable[i] = _usable_tolerance(outcome, _solution(outcome), tolerance)
+            _refuse_too_small(outcome.cable, supports)
+            usable[i] = _usable_tolerance(outcome, supports, tolerance)
             _refuse_spoilt_tube(_solution(outcome))
         except CablecadError as error:
             results[i] = error
@@ -191,25 +194,24 @@ def _checked(
     return solid
 
 
-def _refuse_too_small(cable: Cable) -> None:
+def _refuse_too_small(cable: Cable, supports: Supports) -> None:
     """Refuse what Open Cascade would lose, by name."""
     problem = "is too {} for a solid, for Open Cascade takes points within 1e-7 mm for one: {:g} mm is the least; {}"
     if cable.section.radius < _LEAST_RADIUS:
         said = problem.format("small", 2.0 * _LEAST_RADIUS, "give the scene in larger units")
         raise SceneError([Mistake(f"cables.{cable.name}.diameter", said, cable.diameter)])
-    for key, support in (("start", cable.start_support), ("end", cable.end_support)):
+    for key, support in zip(("start", "end"), supports, strict=True):
         if isinstance(support, Clamp) and 0.0 < support.straight < _LEAST_STRAIGHT:
             said = problem.format("short", _LEAST_STRAIGHT, "leave it out")
             raise SceneError([Mistake(f"cables.{cable.name}.{key}.straight", said, support.straight)])
 
 
-def _usable_tolerance(outcome: CableOutcome, solution: RodSolution, tolerance: float) -> float:
+def _usable_tolerance(outcome: CableOutcome, supports: Supports, tolerance: float) -> float:
     """The tolerance within what numbers can keep and what a tube can bear."""
     cable = outcome.cable
     radius, place = cable.section.radius, f"cables.{cable.name}.diameter"
-    supports = (cable.start_support, cable.end_support)
     reach = max(abs(x) for support in supports if not isinstance(support, Toward) for x in support.position)
-    floor = tolerance_floor(reach + solution.length)
+    floor = tolerance_floor(reach + _solution(outcome).length)
     if tolerance < floor:
         problem = f"is below {floor:.3g} mm, the least that numbers can keep for cable {cable.name} at its place"
         raise SceneError([Mistake("tolerance.shape", problem, tolerance)])

@@ -16,6 +16,9 @@ from cablecad.rod.jacobian import Jacobian
 from cablecad.rod.midpoint import State, Swing
 from cablecad.rod.trial import Array
 
+ALIKE = 1e-12
+"""Share by which two crests of the curvature may differ for no other reason than rounding."""
+
 CREST_WITHIN = 0.5 * (1.0 + 1e-12)
 """A crest no further from mid-span stands between the ends, but for rounding."""
 
@@ -105,6 +108,26 @@ class Course:
         return C * C + (own.c * own.omega) ** 2 * (S * S), (own.h * own.c) * S, own.h * S * C
 
 
+class Marks(NamedTuple):
+    """The start of each of n rods, the first crest of |kappa| between its ends, and the end.
+
+    Attributes:
+        places: Arclengths from mid-span, shape (n, 3).
+        at: The points there.
+        has_crest: Whether there is a crest, shape (n,): where there is none the end stands in its place.
+        kappa: The greatest |kappa| of each, shape (n,).
+        tightest: Arclength from the start where it stands first, shape (n,).
+        known: Whether the shape bears that out, shape (n,); where it does not, each has to be looked at alone.
+    """
+
+    places: Array
+    at: Points
+    has_crest: np.ndarray
+    kappa: Array
+    tightest: Array
+    known: np.ndarray
+
+
 class Courses(NamedTuple):
     """The curves of many rods of length one: `Course` for states in arrays, which broadcast with the arclengths.
 
@@ -167,17 +190,17 @@ class Courses(NamedTuple):
         first = np.ceil((u0 - self.rate / 2.0) / period - 1e-12)
         return np.where(bent, (first * period - u0) / self.rate, np.inf)
 
-    def marks(self) -> tuple[Array, Points, np.ndarray]:
-        """Of rods in arrays of shape (n,): the start, the first crest of |kappa| between the ends, and the end.
-
-        Returns:
-            Arclengths from mid-span, shape (n, 3); the points there; and whether there is a crest, shape (n,): where
-            there is none the end stands in its place.
-        """
+    def marks(self) -> Marks:
+        """Of rods in arrays of shape (n,)."""
         crest = self.crest()
         ends = np.full(len(crest), 0.5)
         places = np.stack([-ends, np.minimum(crest, ends), ends], axis=1)
-        return places, self.take(np.s_[:, None]).at(places), crest <= CREST_WITHIN
+        at, has_crest = self.take(np.s_[:, None]).at(places), crest <= CREST_WITHIN
+        kappa, greatest = np.abs(at.kappa), self.crest_kappa
+        known = ~has_crest | (np.abs(kappa[:, 1] - greatest) <= ALIKE * greatest)
+        most = kappa.max(axis=1)
+        first = np.argmax(kappa >= (1.0 - ALIKE) * most[:, None], axis=1)
+        return Marks(places, at, has_crest, most, places[np.arange(len(first)), first] + 0.5, known)
 
     def tangent(self, s: Array) -> tuple[Array, Array, Array]:
         """cos and sin of the tangent's angle from the compression, and the curvature, at `s` from mid-span."""

@@ -48,13 +48,20 @@ class Elasticas:
         return in_own_frame(turns).reshape(order + 1, *s.shape)
 
     def mark(self) -> None:
-        """Find the marks and the ends of all, which the pieces then have at hand."""
-        places, at, has_crest = self._each.marks()
-        ends = self._frames(Points(*(each[:, [0, 2]] for each in at)))
-        for i, piece in enumerate(self.pieces):
-            own = [0, 1, 2] if has_crest[i] else [0, 2]
-            points = Points(*[each[i, own] for each in at])
-            piece.keep(places[i, own], points, Frames(*[each[i] for each in ends]))
+        """Find the marks, the ends and the greatest curvatures of all, which the pieces then have at hand."""
+        marks = self._each.marks()
+        ends = self._frames(Points(*(each[:, [0, 2]] for each in marks.at)))
+        kappa, tightest = marks.kappa.tolist(), marks.tightest.tolist()
+        for i, (piece, crested, known) in enumerate(
+            zip(self.pieces, marks.has_crest.tolist(), marks.known.tolist(), strict=True)
+        ):
+            own = np.s_[i] if crested else np.s_[i, ::2]
+            piece.keep(
+                marks.places[own],
+                Points(*[each[own] for each in marks.at]),
+                Frames(*[each[i] for each in ends]),
+                (kappa[i], tightest[i]) if known else None,
+            )
 
     def _frames(self, at: Points) -> Frames:
         """Frames from points counted from mid-span, shape (n, k)."""

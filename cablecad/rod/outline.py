@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from cablecad.centreline import Array
-from cablecad.rod.pieces import ALIKE, samples_of
+from cablecad.rod.pieces import samples_of
 from cablecad.rod.polish import Middle
 from cablecad.rod.rise import SAMPLES, SETTLED, STEPS, missed_height, tops
 from cablecad.rod.solution import EndState, RodSolution
@@ -196,13 +196,11 @@ class _Outlines:
 
         None where the shape does not bear the closed form out, and has to be looked at alone.
         """
-        places, at, has_crest = self._each.marks()
-        kappa, crest = np.abs(at.kappa), self._each.crest_kappa
-        good = ~has_crest | (np.abs(kappa[:, 1] - crest) <= ALIKE * crest)
-        first = np.argmax(kappa >= (1.0 - ALIKE) * kappa.max(axis=1, keepdims=True), axis=1)
-        s = (places[np.arange(len(first)), first] + 0.5) * self._length[:, 0] + self._lead_out[:, 0]
-        tightest = zip((kappa.max(axis=1) / self._length[:, 0]).tolist(), s.tolist(), strict=True)
-        return [found if known else None for found, known in zip(tightest, good.tolist(), strict=True)]
+        marks = self._each.marks()
+        kappa = marks.kappa / self._length[:, 0]
+        s = marks.tightest * self._length[:, 0] + self._lead_out[:, 0]
+        tightest = zip(kappa.tolist(), s.tolist(), strict=True)
+        return [found if known else None for found, known in zip(tightest, marks.known.tolist(), strict=True)]
 
 
 def _end_angle(tangent: Array, chord: Array) -> list[float | None]:

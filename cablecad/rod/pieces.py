@@ -15,14 +15,11 @@ from functools import cached_property
 import numpy as np
 
 from cablecad.centreline import Array, ComplexArray, Frames, Placement
-from cablecad.rod.course import CREST_WITHIN, Course, Points
+from cablecad.rod.course import ALIKE, CREST_WITHIN, Course, Points
 from cablecad.rod.elastica import elastica_derivatives, in_own_frame
 from cablecad.rod.elasticas import Elasticas
 from cablecad.rod.midpoint import State
 from cablecad.rod.taut import Taut
-
-ALIKE = 1e-12
-"""Share by which two crests of the curvature may differ for no other reason than rounding."""
 
 
 def samples_of(omega: float) -> int:
@@ -111,9 +108,19 @@ class Elastica(_Shape):
         places = np.array([-0.5, min(s, 0.5), 0.5] if s <= CREST_WITHIN else [-0.5, 0.5])
         return places, self._course.at(places)
 
-    def keep(self, places: Array, at: Points, ends: Frames) -> None:
-        """Have the marks and the ends at hand that were found together with those of others."""
-        self.__dict__["_marks"], self.__dict__["_ends"] = (places, at), ends
+    def keep(self, places: Array, at: Points, ends: Frames, tightest: tuple[float, float] | None) -> None:
+        """Have at hand what was found together with that of others: marks, ends, and the greatest curvature if known.
+
+        Args:
+            places: The marks' arclengths from mid-span over the length.
+            at: The points there.
+            ends: Frames at both ends.
+            tightest: Greatest |curvature| and its arclength, of the shape of length one.
+        """
+        own = self.__dict__
+        own["_marks"], own["_ends"] = (places, at), ends
+        if tightest is not None:
+            own["_greatest_curvature"] = tightest[0] / self.length, tightest[1] * self.length
 
     @classmethod
     def bundle(cls, pieces: Sequence[Elastica]) -> Elasticas:

@@ -83,7 +83,7 @@ def test_crests_of_many_are_those_of_each():
     many = courses(
         half[:, 0], half[:, 1], *(np.array([getattr(x, name) for x in states]) for name in ("kappa", "omega"))
     )
-    places, points, has_crest = many.marks()
+    places, points, has_crest, kappa, tightest, known = many.marks()
     for i, state in enumerate(states):
         want = Course(state).crest()
         assert many.crest()[i] == (want if math.isinf(want) else pytest.approx(want, abs=1e-12 * (1.0 + abs(want))))
@@ -93,3 +93,7 @@ def test_crests_of_many_are_those_of_each():
         alone = Course(state).at(places[i])
         for got, one in zip(points, alone, strict=True):
             assert np.abs(got[i] - one).max() < 1e-13 * (1.0 + np.abs(one).max())
+        assert known[i]
+        sampled = np.abs(Course(state).at(np.linspace(-0.5, 0.5, 501)).kappa)
+        assert sampled.max() <= kappa[i] * (1.0 + 1e-12)
+        assert kappa[i] == pytest.approx(np.abs(Course(state).at(tightest[i : i + 1] - 0.5).kappa)[0], rel=1e-12)
