@@ -18,6 +18,9 @@ from cablecad.rod.trial import Array, TrialSpace
 _TOGETHER = 16
 """Matrices decomposed by one call: one that is not definite ends it."""
 
+_FEW = 8
+"""Rows and columns, of the longest waves, in which nearly all that are not definite can be seen not to be."""
+
 _STIFF = 1e6
 """Stiffness of a forbidden motion over the greatest in the form: lowers the others by 1e-6 of what couples them."""
 
@@ -92,11 +95,27 @@ def is_steady(
 
 def definite(forms: Array) -> np.ndarray:
     """Which of many symmetric matrices, shape (n, m, m), are positive definite, shape (n,)."""
-    are = np.zeros(len(forms), dtype=bool)
-    for low in range(0, len(forms), _TOGETHER):
-        some = slice(low, low + _TOGETHER)
-        are[some] = True if all_definite(forms[some]) else [all_definite(form) for form in forms[some]]
+    are = ~_seen_indefinite(forms)
+    hopeful = np.flatnonzero(are)
+    for low in range(0, len(hopeful), _TOGETHER):
+        own = hopeful[low : low + _TOGETHER]
+        are[own] = True if all_definite(forms[own]) else [all_definite(form) for form in forms[own]]
     return are
+
+
+def _seen_indefinite(forms: Array) -> np.ndarray:
+    """Of which the first few rows and columns alone are not positive definite, shape (n,): by one elimination of all.
+
+    Each of these would end a call of LAPACK for the matrices beside it, and be looked at alone.
+    """
+    work = np.ascontiguousarray(np.moveaxis(forms[:, :_FEW, :_FEW], 0, -1))  # matrices last: along memory
+    seen = np.zeros(len(forms), dtype=bool)
+    for k in range(len(work)):
+        pivot = work[k, k]
+        seen |= ~(pivot > 0.0)
+        factor = work[k, k + 1 :] / np.where(seen, np.inf, pivot)
+        work[k + 1 :, k + 1 :] -= work[k + 1 :, k, None] * factor
+    return seen
 
 
 def all_definite(forms: Array) -> bool:
