@@ -249,6 +249,7 @@ class Document:
                 if id(source) not in products:
                     products[id(source)] = document._adopt(source)
                 document._place(group, products[id(source)], part.name, part_frame(part))
+        document._shield_names()
         if cables:
             group = document._group(scene, "cables")
             taken = IndexedMap_TopoDS_Shape()
@@ -259,13 +260,12 @@ class Document:
                 if taken.Contains(shape):  # one geometry is one product, and that has one name and one colour
                     shape = BRepBuilderAPI_Copy(shape).Shape()
                 taken.Add(shape)
-                product = document._shapes.AddShape(shape, False)
-                _set_name(product, cable.name)
+                product, name = document._shapes.AddShape(shape, False), shielded(cable.name)
+                _set_name(product, name)
                 if cable.color is not None:
                     document._colors.SetColor(product, _rgba(cable.color), XCAFDoc_ColorType.XCAFDoc_ColorSurf)
-                document._place(group, product, cable.name, cable.solid.Location())
+                document._place(group, product, name, cable.solid.Location())
         document._shapes.UpdateAssemblies()
-        document._shield_names()
         return document
 
     def _assembly(self, name: str) -> TDF_Label:
@@ -311,7 +311,7 @@ class Document:
                 _set_name(occurrence, _name(product))
 
     def _shield_names(self) -> None:
-        """Make every name one that Open Cascade writes without loss."""
+        """Make every name that is given by now one that Open Cascade writes without loss."""
         labels = TDF_ChildIterator(self.handle.Main(), True)
         while labels.More():
             name = _name(labels.Value())

@@ -187,8 +187,7 @@ def _topology(tops: tuple[float | None, ...], radius: float, tolerance: float) -
 
 def _spline_side(piece: FittedPiece, radius: float, decimals: int) -> tuple[bytes, bytes]:
     """The surface spline times circle, and its seam at u = 0."""
-    columns = piece.poles.reshape(-1, 3, 3).transpose(1, 0, 2).reshape(3, -1)
-    poles = _rounded((_circle_poles(radius) @ columns).reshape(len(_CIRCLE_WEIGHTS), -1, 3), decimals)
+    poles = _rounded(np.swapaxes(_circle_poles(radius) @ piece.poles.reshape(-1, 3, 3), 0, 1), decimals)
     along = KnotVector(DEGREE, piece.knots, _clamped_multiplicities(len(piece.knots), DEGREE))
     return spline_surface(poles, _CIRCLE_WEIGHTS, _CIRCLE_KNOTS, along), spline(poles[0], along)
 
@@ -248,6 +247,7 @@ def _circle_form(radius: float) -> tuple[int, int]:
     return len(_CIRCLE_ERRORS), greatest
 
 
+@lru_cache(maxsize=256)
 def _clamped_multiplicities(count: int, degree: int) -> NDArray[np.int_]:
     """Of the knots of a spline that begins and ends in a pole."""
     multiplicities = np.ones(count, dtype=int)
