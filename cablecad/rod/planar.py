@@ -261,6 +261,8 @@ def _finish_with(
     # A line is no answer, though a hair of excess is less than the residual allows.
     short = np.abs(gap(space, z, problem.excess[scene])[2][:, 0])
     ended = (change < settled) & (short <= _FULL * problem.excess[scene])
+    if settled > SETTLED:  # what went to small angles is not for a sketch either
+        ended &= np.max(np.abs(z @ space.functions.T), axis=1) > _BENT / 2.0
     good = np.flatnonzero(ended)
     kept = good[_distinct(scene[good], z[good], 1e-6)]
     scene, z, force = scene[kept], z[kept], force[kept]
