@@ -8,7 +8,7 @@ import numpy as np
 
 from cablecad.rod.equilibria import SHARP_MODES, Equilibria, modes_for, sides
 from cablecad.rod.flow import Jump
-from cablecad.rod.judge import clear_verdict, judge_in_plane, nodes
+from cablecad.rod.judge import clear_verdict, nodes
 from cablecad.rod.polish import Middle
 from cablecad.rod.problem import Problem
 from cablecad.rod.ritz import Ritz
@@ -21,9 +21,6 @@ _TURN = 2.0 * np.pi
 _TAUT_NOISE = 1e-7
 """Share of omega^2 below which a margin of a taut cable is rounding and counts as none: 6e-9 was seen, of a clamp that
 is turned exactly backwards, whose layer turns about the pull freely."""
-
-FEW = 24
-"""Of so few solutions the verdicts that their own modes leave in doubt wait until someone asks."""
 
 
 def classify(
@@ -93,8 +90,6 @@ def classify(
         excess=problem.excess[scene],
     )
     found.verdict[:, 0] = _rough_verdict(problem, found, z)
-    if len(z) > FEW:
-        judge_in_plane(found)
     return found
 
 
@@ -240,7 +235,7 @@ def _chord(excess: Array) -> Array:
 
 
 def _as_fine(z: Array, omega: Array) -> Array:
-    """Modes as `Equilibria` keeps them, where there are enough of them."""
+    """Modes as `Equilibria` keeps them, NaN where there are not enough of them."""
     out = padded(z, SHARP_MODES)
     out[z.shape[1] - 2 < modes_for(omega)] = np.nan
     return out

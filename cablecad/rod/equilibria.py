@@ -228,7 +228,7 @@ def modes_for(omega: Array) -> np.ndarray:
 
 
 def sketch_modes_for(omega: Array) -> np.ndarray:
-    """How many lead to them, shape (n,)."""
+    """How many Legendre modes, mostly, lead to shapes of these omega, shape (n,)."""
     return _by_omega(_SKETCH_MODES, omega)
 
 

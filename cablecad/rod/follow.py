@@ -21,7 +21,7 @@ from cablecad.rod.midpoint import wrap as wrap_one
 from cablecad.rod.planar import RESIDUAL, solve_planar
 from cablecad.rod.polish import EASY_OMEGA, polish
 from cablecad.rod.problem import Problem
-from cablecad.rod.ritz import newton, ritz
+from cablecad.rod.ritz import SETTLED, newton, ritz
 from cablecad.rod.taut import SEED, wrap
 
 _FAR = 1.0
@@ -217,7 +217,7 @@ def _step(last: Equilibria, target: _Place, torsion_ratio: float | None) -> Equi
     excess = np.array([target.excess])
     force = last.force @ np.array([[np.cos(frame), -np.sin(frame)], [np.sin(frame), np.cos(frame)]])
     z, force, change_left = newton(space, z, force, excess, contraction=CONTRACTION)
-    if not change_left[0] < 1e-5 or np.max(np.abs(z @ space.functions.T + frame - before)) > moved + _FAR:
+    if not change_left[0] < SETTLED or np.max(np.abs(z @ space.functions.T + frame - before)) > moved + _FAR:
         return None
     problem = Problem(*held, z[:, 0], z[:, 1], excess, torsion_ratio)
     targets = np.where(last.held, z[:, :2], 0.0)

@@ -56,11 +56,12 @@ def clear_verdict(forms: Array, steepness: Array) -> np.ndarray:
 
 
 def _signs(forms: Array, doubt: Array) -> np.ndarray:
-    """Signs of the least eigenvalues of symmetric matrices, shape (n, m, m); 0 where it is within `doubt`, (n,)."""
+    """Signs of the least eigenvalues of symmetric matrices, shape (n, m, m); 0 within `doubt`, (n,), or of none."""
     shift = doubt[:, None, None] * np.eye(forms.shape[-1])
     sign = definite(forms - shift).astype(int)
     rest = np.flatnonzero(sign == 0)
-    sign[rest] = np.where(definite(forms[rest] + shift[rest]), 0, -1)
+    undecided = definite(forms[rest] + shift[rest]) | ~np.isfinite(forms[rest]).all(axis=(1, 2))
+    sign[rest] = np.where(undecided, 0, -1)
     return sign
 
 

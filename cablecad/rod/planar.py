@@ -23,6 +23,7 @@ import numpy as np
 from cablecad.rod.classify import classify, classify_taut, padded
 from cablecad.rod.descent import descend, first_force
 from cablecad.rod.equilibria import SHARP_MODES, Equilibria, absolute, join, modes_for, ranked, sketch_modes_for
+from cablecad.rod.judge import judge_in_plane
 from cablecad.rod.polish import polish
 from cablecad.rod.problem import Problem
 from cablecad.rod.quadrature import gauss_legendre
@@ -41,6 +42,9 @@ ONE_POINT = 1e-12
 
 CHUNK = 512
 """Scenes that go through together, an eighth of it in a wide search: 100 MB (wide 400), and no faster with more."""
+
+_FEW = 24
+"""Of so few solutions the verdicts that their own modes leave in doubt wait until someone asks."""
 
 _ALIKE = 1e-9
 """Energies that differ by less are one: rounding."""
@@ -243,33 +247,41 @@ def _finish(problem: Problem, scene: np.ndarray, z: Array, force: Array) -> list
         again = []
         for count in np.unique(modes[left]).tolist():
             rows = left[modes[left] == count]
-            sketch = count < enough[rows]
-            settled = _SKETCHED if sketch.all() else SETTLED
-            found, ended = _finish_with(problem, count, scene[rows], z[rows, : count + 2], force[rows], settled)
+            sketched = bool(count < enough[rows[0]])
+            found, ended = _finish_with(
+                problem, count, scene[rows], z[rows, : count + 2], force[rows], sketched=sketched
+            )
             done.append(found)
-            again.append(rows[~ended & sketch])
+            again.append(rows[~ended & sketched])
         left, modes = np.concatenate(again), enough
     return done
 
 
 def _finish_with(
-    problem: Problem, modes: int, scene: np.ndarray, z: Array, force: Array, settled: float
+    problem: Problem, modes: int, scene: np.ndarray, z: Array, force: Array, *, sketched: bool
 ) -> tuple[Equilibria, np.ndarray]:
     """The equilibria that near solutions lead to over so many modes, and which of them did lead to one, shape (n,)."""
-    space = ritz(*problem.kind, modes)
+    space, settled = ritz(*problem.kind, modes), _SKETCHED if sketched else SETTLED
     z, force, change = newton(space, z, force, problem.excess[scene], settled=settled)
     # A line is no answer, though a hair of excess is less than the residual allows.
     short = np.abs(gap(space, z, problem.excess[scene])[2][:, 0])
     ended = (change < settled) & (short <= _FULL * problem.excess[scene])
-    if settled > SETTLED:  # what went to small angles is not for a sketch either
+    if sketched:  # what went to small angles is not for a sketch either
         ended &= np.max(np.abs(z @ space.functions.T), axis=1) > _BENT / 2.0
     good = np.flatnonzero(ended)
     kept = good[_distinct(scene[good], z[good], 1e-6)]
     scene, z, force = scene[kept], z[kept], force[kept]
-    middle, probe, residual = polish(space, z, force, problem.targets[scene], problem.excess[scene])
+    middle, probe, residual = polish(space, z, force, problem.targets[scene], problem.excess[scene], sketched=sketched)
     ended[kept] = residual <= RESIDUAL
-    kept = np.flatnonzero(residual <= RESIDUAL)
-    found = classify(problem, space, scene[kept], z[kept], middle.take(kept), probe.take(kept), residual[kept])
+    left = np.flatnonzero(residual <= RESIDUAL)
+    found = classify(problem, space, scene[left], z[left], middle.take(left), probe.take(left), residual[left])
+    if sketched:
+        # Near a fold the sketch of a minimum may lead to the saddle beside it.
+        sure = found.verdict[:, 0] != 0
+        ended[kept[left[~sure]]] = False
+        found = found.take(np.flatnonzero(sure))
+    elif len(found) > _FEW:
+        judge_in_plane(found)
     return found, ended
 
 

@@ -3,7 +3,8 @@
 The unknowns are (theta, kappa, n_x, n_y) at s = 1/2; both halves start there, which halves the exponent in the growth
 of errors, and the angle of the middle is kept from the nearer of n and -n, so that under tension, where it is
 exp(-omega/2), it keeps its own digits. The derivative comes from the discretised solution: the response of the middle
-to a change of the end conditions. It serves for sensitivities too.
+to a change of the end conditions; after a sketch by few modes it is corrected on the way. It serves for sensitivities
+too.
 """
 
 from __future__ import annotations
@@ -185,16 +186,26 @@ def unmet(space: Ritz, middle: Middle, targets: Array, excess: Array, flat: np.n
 
 
 def polish(
-    space: Ritz, z: Array, force: Array, targets: Array, excess: Array, *, iterations: int = 10
+    space: Ritz, z: Array, force: Array, targets: Array, excess: Array, *, sketched: bool = False, iterations: int = 10
 ) -> tuple[Middle, Jump, Array]:
     """Bring discretised solutions to rounding.
+
+    Args:
+        space: The discretisation.
+        z: Solutions in it, shape (n, m + 2).
+        force: Their forces, shape (n, 2).
+        targets: Of the ends, as for `unmet`.
+        excess: 1 - chord, shape (n,).
+        sketched: Whether the modes are few: the derivative they give is then corrected by what each step brings. That
+            of enough modes is better left as it is: beyond an omega of 14 or so corrected ones led astray.
+        iterations: At most so many.
 
     Returns:
         States at mid-span; their flow to `PROBES`; residual, shape (n,): the largest unmet end condition (curvature
         at a pin over 1 + omega).
     """
     if len(z) > _FEW:
-        return _polish_together(space, z, force, targets, excess, iterations)
+        return _polish_together(space, z, force, targets, excess, iterations, sketched)
     state = z @ space.middle.T
     middle = middle_of(state[:, 0], state[:, 1], force)
     easy = (np.max(np.abs(z @ space.functions.T), axis=1) > _FLAT) & (middle.omega < EASY_OMEGA)
@@ -207,13 +218,15 @@ def polish(
             getattr(middle, name)[i] = value
     rest = np.flatnonzero(residual > _GOOD)
     if len(rest):
-        some, _, residual[rest] = _polish_together(space, z[rest], force[rest], targets[rest], excess[rest], iterations)
+        some, _, residual[rest] = _polish_together(
+            space, z[rest], force[rest], targets[rest], excess[rest], iterations, sketched
+        )
         middle = middle.replaced(rest, some)
     return middle, middle.jump(PROBES), residual
 
 
 def _polish_together(
-    space: Ritz, z: Array, force: Array, targets: Array, excess: Array, iterations: int
+    space: Ritz, z: Array, force: Array, targets: Array, excess: Array, iterations: int, sketched: bool
 ) -> tuple[Middle, Jump, Array]:
     """`polish` for any number at once."""
     state = z @ space.middle.T
@@ -230,8 +243,8 @@ def _polish_together(
     best = np.full(len(z), np.inf)
     kept = current = middle
     active = np.arange(len(z))
-    before = step = np.zeros((len(z), 4))
-    for turn in range(iterations):
+    before = step = None
+    for _ in range(iterations):
         missing, there = unmet(space, current, targets[active], excess[active], flat[active])
         scale = np.ones((len(active), 4))
         for end in (0, 1):
@@ -253,10 +266,9 @@ def _polish_together(
         if not go.any():
             break
         current, missing, active = current.take(np.flatnonzero(go)), missing[go], active[go]
-        own = matrix[active]
-        if turn:
-            own = matrix[active] = _corrected(own, step[go], missing - before[go], ~pulled[active])
-        before, step = missing, -(own @ missing[:, :, None])[:, :, 0]
+        if sketched and before is not None and step is not None:
+            matrix[active] = _corrected(matrix[active], step[go], missing - before[go], ~pulled[active])
+        before, step = missing, -(matrix[active] @ missing[:, :, None])[:, :, 0]
         moved = _advance(current, step)
         rows = np.flatnonzero(pulled[active])
         if len(rows):
@@ -266,18 +278,18 @@ def _polish_together(
     return kept, probe, best
 
 
-def _corrected(matrix: Array, step: Array, gained: Array, rows: np.ndarray) -> Array:
+def _corrected(matrix: Array, step: Array, gained: Array, plain: np.ndarray) -> Array:
     """Inverse derivatives that answer the last change of the end conditions by the last step: Broyden's good method.
 
     Args:
         matrix: Inverse derivatives, shape (n, 4, 4).
         step: Last steps of the middle, shape (n, 4).
         gained: By how much the end conditions changed, shape (n, 4).
-        rows: Which went that step, shape (n,).
+        plain: Which went that step, shape (n,): layers under tension go by another.
     """
     answer = (matrix @ gained[:, :, None])[:, :, 0]
     along = np.einsum("ni,ni->n", step, answer)
-    wrong = (step - answer) / np.where(rows & (along != 0.0), along, np.inf)[:, None]
+    wrong = (step - answer) / np.where(plain & (along != 0.0), along, np.inf)[:, None]
     corrected: Array = matrix + wrong[:, :, None] * (step[:, None, :] @ matrix)
     return corrected
 

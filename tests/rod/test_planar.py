@@ -269,3 +269,18 @@ def test_a_sketch_leads_to_all_that_all_modes_lead_to(held, monkeypatch):
         assert off.min() < 1e-8
     assert np.isnan(sketched.z).any()
     assert not np.isnan(sketched.modes).any()
+
+
+def test_steep_shapes_found_together_are_those_found_alone():
+    """Alone they are polished in floats, with derivatives of their own."""
+    rng = np.random.default_rng(217)
+    a, b = rng.uniform(-1.2, 1.2, (2, 120))
+    end = np.stack([1.0 - rng.uniform(0.02, 0.3, 120), np.zeros(120)], axis=1)
+    many = solve_planar(a, b, end).equilibria
+    for i in range(120):
+        one = solve_planar(a[i : i + 1], b[i : i + 1], end[i : i + 1]).equilibria
+        own = many.energy[many.scene == i]
+        lost = [energy for energy in one.energy if np.abs(own / energy - 1.0).min(initial=1.0) > 1e-9]
+        assert not lost
+    steep = many.omega > 14.0
+    assert np.count_nonzero(steep) > 40
