@@ -202,8 +202,10 @@ def _need_mistakes(known: Mapping[str, object], present: Set[str]) -> Iterator[M
     if known.get("length") == "shortest":
         if "min_bend_radius" not in present:
             yield Mistake("length", 'needs min_bend_radius, the rule "shortest" keeps', "shortest")
-        if "slack" in present:
-            yield Mistake("slack", 'goes against length = "shortest": give one of them', known.get("slack", ...))
+        pinned = not _is_held(known.get("start"), known.get("end"))
+        for key in ("slack", *(PINNED_DATA[1:] if pinned else ())):  # a chord goes with the ends
+            if key in present:
+                yield Mistake(key, 'goes against length = "shortest": give one of them', known.get(key, ...))
     diameter, material = known.get("diameter"), known.get("material")
     if isinstance(material, Material) and isinstance(diameter, int | float):
         yield from stiffness_mistakes(material, diameter)

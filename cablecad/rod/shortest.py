@@ -2,20 +2,21 @@
 
 The bend radius is not monotone in the length: a short cable is bent hard at its clamps, a longer one relaxes, one
 longer still forms a loop, and the equilibrium of least energy may change on the way. So lengths are sampled from the
-chord upwards, ranges in which the rule holds are found, and their ends are narrowed down by sampling again inside the
-bracket. A range counts only if it reaches 5 % beyond its beginning: nobody cuts cables closer than that.
+chord upwards, ranges in which the rule holds are found, and their ends are narrowed down inside the bracket. A range
+counts only if it reaches 5 % beyond its beginning: nobody cuts cables closer than that.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 
 from cablecad.centreline import Array
-from cablecad.errors import InfeasibleError
+from cablecad.errors import InfeasibleError, Mistake, NotPlanarError, SceneError
 from cablecad.model import Cable, EquilibriumKey
 from cablecad.rod.arch import solve_pinned
 from cablecad.rod.planar import solve_planar
@@ -26,16 +27,28 @@ from cablecad.rod.span import Span, span_of
 ROOM = 1.05
 """A range must hold from L to this times L."""
 
-_SAMPLES = 93
-"""Lengths tried first, geometric in the excess: neighbours differ by 15 %."""
+_GROWTH, _STEP = 1.15, 1.024
+"""Lengths tried first: neighbours differ by 15 % of the excess, and by 2.4 % of the length at most, so that two lie in
+any range that counts."""
+
+_HAIRS = 31
+"""Lengths tried of less excess than the first, where that may keep the rule."""
 
 _LEAST, _LITTLE, _MOST = 1e-8, 1e-4, 40.0
 """Excess of the least length, of the first that is tried, and of the last, in units of the chord or the bend radius,
 whichever is greater. Less than the least no cable is cut to; beyond 40 the cable is all loop and its bend radius grows
 with its length."""
 
-_SECTIONS, _ROUNDS = 5, 15
-"""The ends of a range are narrowed by cutting the bracket in 5, fifteen times: 3e-11 of it, at the fewest solutions."""
+_CLOSE, _ROUNDS = 3e-11, 30
+"""The ends of a range are narrowed to this share of the bracket they were met in, in so many rounds at most: ten or so
+where the radius jumps, five where it goes smoothly through the rule."""
+
+_WITHIN = 17
+"""Lengths tried between the beginning of a range and 5 % beyond."""
+
+_INWARD = (0.0, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6)
+"""By such shares of itself the beginning of a range goes inward until the cable is found there when it is solved alone:
+where an equilibrium appears, a search may miss it."""
 
 Radii = Callable[[Array], Array]
 
@@ -52,50 +65,111 @@ def shortest_length(cable: Cable) -> tuple[float, str]:
     Raises:
         InfeasibleError: No length does.
 
-    Accuracy: the beginning of the range to 1e-10 of the bracket it was met in. A range narrower than the distance of
-        two samples, 15 % of the excess, may be missed.
+    Accuracy: the beginning of the range to 1e-10 of the bracket it was met in. Gaps between two of the lengths that are
+        tried, 2.4 % apart or less, may be missed; in the first 5 % of a range those below 0.3 %.
     """
     rule = cable.min_bend_radius
     assert rule is not None  # checked with the cable
     base = _least_length(cable)
     unit = max(base, rule)
     radii = _pinned_radii(cable) if cable.is_pinned else _radii(cable)
-    lengths = base + unit * np.geomspace(_LITTLE, _MOST, _SAMPLES)
-    keeps = radii(lengths) >= rule
+    tried = _Tried(radii, rule)
+    tried.add(_first_lengths(base, unit))
     straight = _may_be_straight(cable, base)
-    if keeps[0] or straight:
+    if tried.keeps(0) or straight:
         # Only then can less excess do: between misaligned clamps the radius falls to nothing with it.
-        hairs = base + unit * np.geomspace(_LEAST, _LITTLE, _SAMPLES // 3)[:-1]
-        lengths, keeps = np.concatenate([hairs, lengths]), np.concatenate([radii(hairs) >= rule, keeps])
-    ranges = []
-    i = 0
-    while i < len(lengths):
-        if not keeps[i]:
-            i += 1
-            continue
-        j = i
-        while j + 1 < len(lengths) and keeps[j + 1]:
-            j += 1
-        if i == 0:
-            # Kept by a hair of excess: by none too, if the straight cable is one; else that hair is short enough.
-            begin = base if straight else float(lengths[0])
-        else:
-            begin = _narrow(radii, rule, lengths[i - 1], lengths[i])
-        end = math.inf if j + 1 == len(lengths) else _narrow(radii, rule, lengths[j + 1], lengths[j])
-        if end >= ROOM * begin and np.all(radii(np.linspace(begin, ROOM * begin, 18)[1:]) >= rule):
-            ranges.append((float(begin), float(end)))
-        i = j + 1
+        tried.add(base + unit * np.geomspace(_LEAST, _LITTLE, _HAIRS)[:-1])
+    least, most = tried.lengths[0], tried.lengths[-1]
+    if cable.equilibrium != 0 and not tried.values.any():
+        problem = f"no such equilibrium was found at any length from {least:.6g} mm to {most:.6g} mm"
+        raise SceneError([Mistake("equilibrium", problem, _shown(cable.equilibrium))])
+    ranges = list(islice(_ranges(tried, base if straight else None), 2))
     if not ranges:
         raise InfeasibleError(
-            f"no length between {lengths[0]:.6g} mm and {lengths[-1]:.6g} mm keeps the least bend radius at "
+            f"no length between {least:.6g} mm and {most:.6g} mm keeps the least bend radius at "
             f"{rule:g} mm with this equilibrium; move the ends apart, turn them, or allow a tighter bend"
         )
     begin, end = ranges[0]
-    said = f"length {begin:.9g} mm is the shortest that keeps min_bend_radius = {rule:g} mm; it is kept "
+    said = f"length {begin:.9g} mm is the shortest that keeps min_bend_radius = {rule:g} mm"
+    said += "; less excess was not tried; it is kept " if begin == least and not straight else "; it is kept "
     said += "at every greater length that was tried" if end == math.inf else f"up to {end:.9g} mm"
     if len(ranges) > 1:
         said += f", and again from {ranges[1][0]:.9g} mm"
     return begin, said
+
+
+def _first_lengths(base: float, unit: float) -> Array:
+    """Lengths from a little excess to far more than is ever needed [mm]."""
+    excess = [_LITTLE]
+    while excess[-1] < _MOST:
+        excess.append(min(_GROWTH * excess[-1], excess[-1] + (_STEP - 1.0) * (base / unit + excess[-1])))
+    return base + unit * np.array(excess)
+
+
+def _shown(wanted: EquilibriumKey | int) -> object:
+    return wanted if isinstance(wanted, int) else {"winding": wanted.winding, "side": wanted.side}
+
+
+class _Tried:
+    """Lengths that were tried, from the least on, and the least bend radius at each.
+
+    Attributes:
+        lengths: [mm].
+        values: [mm]; 0 where there is no such equilibrium.
+    """
+
+    def __init__(self, radii: Radii, rule: float) -> None:
+        self.radii, self.rule = radii, rule
+        self.lengths, self.values = np.zeros((2, 0))
+
+    def add(self, lengths: Array) -> None:
+        """Try more lengths."""
+        every, values = np.append(self.lengths, lengths), np.append(self.values, self.radii(lengths))
+        order = np.argsort(every, kind="stable")
+        self.lengths, self.values = every[order], values[order]
+
+    def keeps(self, i: int) -> bool:
+        """Whether one of them keeps the rule."""
+        return bool(self.values[i] >= self.rule)
+
+    def next(self, i: int, keeps: bool) -> int:
+        """The first from `i` on that keeps the rule, or does not; their number where there is none."""
+        found = np.flatnonzero((self.values[i:] >= self.rule) == keeps)
+        return i + int(found[0]) if len(found) else len(self.lengths)
+
+
+def _ranges(tried: _Tried, straight: float | None) -> Iterator[tuple[float, float]]:
+    """The ranges in which the rule is kept for 5 % at least, as they are found.
+
+    Args:
+        tried: What is known; more lengths are tried where need be.
+        straight: The length of the straight cable, where that is one too [mm].
+    """
+    i = 0
+    while (i := tried.next(i, keeps=True)) < len(tried.lengths):
+        if i == 0:
+            # Kept by a hair of excess: by none too, if the straight cable is one; else that hair is short enough.
+            begin = float(tried.lengths[0]) if straight is None else straight
+        else:
+            begin = _as_solved_alone(tried, _narrow(tried, i - 1, i))
+        reach = ROOM * begin
+        tried.add(np.linspace(begin, reach, _WITHIN + 1)[1:])
+        first = int(np.searchsorted(tried.lengths, begin, side="right"))
+        broken = tried.next(first, keeps=False)
+        if broken < len(tried.lengths) and tried.lengths[broken] <= reach:
+            i = broken
+            continue
+        yield begin, math.inf if broken == len(tried.lengths) else _narrow(tried, broken, broken - 1)
+        i = broken
+
+
+def _as_solved_alone(tried: _Tried, begin: float) -> float:
+    """The beginning of a range where the cable is found, and keeps the rule, by itself as it is among others."""
+    for share in _INWARD:
+        length = begin * (1.0 + share)
+        if tried.radii(np.array([length]))[0] >= tried.rule:
+            return length
+    return begin * (1.0 + _INWARD[-1])
 
 
 def _may_be_straight(cable: Cable, length: float) -> bool:
@@ -108,16 +182,30 @@ def _may_be_straight(cable: Cable, length: float) -> bool:
         return False
 
 
-def _narrow(radii: Radii, rule: float, broken: float, kept: float) -> float:
-    """The end of a range between a length that breaks the rule and one that keeps it, on the side that keeps it."""
+def _narrow(tried: _Tried, broken: int, kept: int) -> float:
+    """The end of a range, between a length that breaks the rule and one that keeps it, on that one's side [mm]."""
+    rule, near = tried.rule, 0.02
+    ends = np.array([tried.lengths[broken], tried.lengths[kept]])
+    values = np.array([tried.values[broken], tried.values[kept]])
+    enough = max(_CLOSE * abs(ends[1] - ends[0]), 4e-16 * ends[1])
     for _ in range(_ROUNDS):
-        inner = np.linspace(broken, kept, _SECTIONS + 1)
-        keeps = radii(inner[1:-1]) >= rule
-        last = int(np.flatnonzero(~np.concatenate([[False], keeps, [True]]))[-1])
-        broken, kept = float(inner[last]), float(inner[last + 1])
-        if abs(kept - broken) <= 4e-16 * abs(kept):
+        smooth = values[0] > 0.0 and values[1] < math.inf
+        if smooth:
+            # Where the radius, were it straight between the two, would meet the rule, and close beside.
+            cross = (rule - values[0]) / (values[1] - values[0])
+            shares = np.unique(np.clip([cross - near, cross, cross + near, 0.5], 1e-12, 1.0 - 1e-12))
+        else:
+            shares = np.linspace(0.0, 1.0, 6)[1:-1]
+        inner = ends[0] + (ends[1] - ends[0]) * shares
+        every = np.concatenate([ends[:1], inner, ends[1:]])
+        radii = np.concatenate([values[:1], tried.radii(inner), values[1:]])
+        last = int(np.flatnonzero(~(radii[:-1] >= rule))[-1])
+        caught = abs(every[last + 1] - every[last]) <= 2.0 * near * abs(ends[1] - ends[0])
+        ends, values = every[last : last + 2], radii[last : last + 2]
+        near = max(near**2, 1e-9) if smooth and caught else 0.02
+        if abs(ends[1] - ends[0]) <= enough:
             break
-    return kept
+    return float(ends[1])
 
 
 def _least_length(cable: Cable) -> float:
@@ -154,6 +242,8 @@ def _radii(cable: Cable) -> Radii:
         for i, length in enumerate(lengths):
             try:
                 spans[i] = span_of(cable, float(length))
+            except NotPlanarError:  # of which the length says nothing
+                raise
             except InfeasibleError:
                 continue
         values = np.zeros(len(lengths))

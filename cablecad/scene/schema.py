@@ -302,7 +302,10 @@ CABLE = Table(
         "anyOf": [{"required": [key]} for key in ("length", "slack", "force", "angle_deg", "rise", "bend_radius")],
         "dependentRequired": {"force": ["material"]},
         "if": {"required": ["length"], "properties": {"length": {"const": "shortest"}}},
-        "then": {"required": ["min_bend_radius"], "not": {"required": ["slack"]}},
+        "then": {
+            "required": ["min_bend_radius"],
+            "not": {"anyOf": [{"required": [key]} for key in ("slack", "force", "angle_deg", "rise", "bend_radius")]},
+        },
     },
 )
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cablecad.errors import InfeasibleError
-from cablecad.model import Cable, Clamp, Pin, Port
+from cablecad.errors import InfeasibleError, NotPlanarError, SceneError
+from cablecad.model import Cable, Clamp, EquilibriumKey, Pin, Port
 from cablecad.rod.solve import solve_rod
 
 ENDS = {
@@ -102,3 +102,65 @@ def test_axes_of_any_length() -> None:
         for size in (1e-170, 1.0)
     )
     assert solve_rod(tiny).length == solve_rod(plain).length
+
+
+def hooked(start_deg: float, rule: float) -> Cable:
+    """Clamps 100 mm apart whose answer of least energy changes its branch as the cable gets longer."""
+    start, end = (np.radians(start_deg), np.radians(-5.0))
+    return Cable(
+        "c",
+        1.0,
+        Clamp((0, 0, 0), (np.cos(start), np.sin(start), 0.0)),
+        Clamp((100, 0, 0), (np.cos(end), np.sin(end), 0.0)),
+        length="shortest",
+        min_bend_radius=rule,
+        bulge=(0.3, 1.0, 0.1),
+        allow_contact=True,
+    )
+
+
+@pytest.mark.parametrize(
+    ("start_deg", "rule", "least", "said"),
+    [
+        (-79.0, 30.5, 327.0, "every greater length"),  # beyond a range of 2 %, and a gap
+        (-75.2, 29.5, 294.6775, "up to 310.18"),  # a range of 5 %, narrower than 15 % of the excess
+        (-76.0, 29.455, 292.9019, "up to 310.85"),  # a gap of 3 % behind it
+        (-74.0, 29.225, 114.348, "again from 291.48"),
+    ],
+)
+def test_ranges_and_gaps_of_some_per_cents_are_seen(start_deg: float, rule: float, least: float, said: str) -> None:
+    """The lengths come from scans of single solutions a quarter of a millimetre apart."""
+    cable = hooked(start_deg, rule)
+    solution = solve_rod(cable)
+    assert solution.length == pytest.approx(least, abs=0.25)
+    assert said in solution.reason
+    for length in np.linspace(solution.length, 1.05 * solution.length, 40):
+        assert solve_rod(replace(cable, length=float(length))).bend_radius_min >= rule * (1.0 - 1e-12)
+
+
+@pytest.mark.slow
+def test_another_equilibrium_is_there_when_it_is_solved_alone() -> None:
+    """It appears at a length of its own, where a search finds it among others and not by itself."""
+    up = (0.0, 0.0, 1.0)
+    key = EquilibriumKey(1, 1)
+    ends = Port((0, 0, 0), up), Port((0, 120, 0), up)
+    rest = {"min_bend_radius": 5.0, "bulge": (1.0, 0.1, 0.2)}
+    solution = solve_rod(Cable("c", 1.0, *ends, length="shortest", equilibrium=key, **rest))
+    assert (solution.equilibrium.winding, solution.equilibrium.side) == (1, 1)
+    assert solution.bend_radius_min >= 5.0
+
+
+def test_what_no_length_changes_is_said_as_for_any_length() -> None:
+    bent = Port((0, 0, 0), (0, 0, 1)), Port((0, 100, 0), (1, 0, 1))
+    with pytest.raises(NotPlanarError, match="out of the plane"):
+        solve_rod(Cable("c", 1.0, *bent, length="shortest", min_bend_radius=20.0))
+    pins = Pin((0, 0, 0)), Pin((0, 120, 0))
+    with pytest.raises(SceneError, match="goes against length"):
+        Cable("c", 1.0, *pins, length="shortest", min_bend_radius=60.0, rise=30.0)
+
+
+@pytest.mark.slow
+def test_an_equilibrium_that_no_length_has_is_named() -> None:
+    ends = Clamp((0, 0, 0), (0, 0, 1)), Pin((0, 120, 0))
+    with pytest.raises(SceneError, match="no such equilibrium was found at any length"):
+        solve_rod(Cable("c", 1.0, *ends, length="shortest", min_bend_radius=20.0, equilibrium=EquilibriumKey(1, 1)))
