@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +13,9 @@ from cablecad.cli.session import note_all, progress_bar, say, scene_argument, sh
 from cablecad.errors import CablecadError, ExchangeError, UsageError
 
 if TYPE_CHECKING:
+    from cablecad.picture.figure import FileFormat
     from cablecad.picture.plot import Plot
+    from cablecad.pipeline import Progress
     from cablecad.scene import RawScene, Target
 
 SOME_FAILED = 6
@@ -45,6 +47,13 @@ Examples:
     "PLACE=VALUE,VALUE,...",
 )
 @click.option(
+    "--kind",
+    "kinds",
+    type=click.Choice(["shape", "curvature", "equilibria"]),
+    multiple=True,
+    help="Make this plot of each cable only; may be given several times.",
+)
+@click.option(
     "--format",
     "file_format",
     type=click.Choice(["png", "svg", "pdf"]),
@@ -53,40 +62,49 @@ Examples:
     help="Of the files.",
 )
 @verbosity_options
-def plot(scene_path: Path, output: Path | None, cables: tuple[str, ...], family: str | None, file_format: str) -> int:
+def plot(
+    scene_path: Path,
+    output: Path | None,
+    cables: tuple[str, ...],
+    family: str | None,
+    kinds: tuple[str, ...],
+    file_format: FileFormat,
+) -> int:
     """Solve SCENE and plot its cables: three files for each.
 
     NAME-shape: the shape in its plane, its ends, what they apply to it, and the tightest spot. NAME-curvature: over
     arclength, with the rule of min_bend_radius. NAME-equilibria: all that a wide search finds, with their energies;
     stable ones solid, unstable ones dashed. With --family one file: how a shape changes with one of its data. Prints
-    the paths written. Takes matplotlib (pip install "cablecad[plot]").
+    each path as it is written; about a second a cable. Colours too light for white paper are darkened, and opacity is
+    not shown. Takes matplotlib (pip install "cablecad[plot]").
     """
     output = output if output is not None else scene_path.with_name(f"{scene_path.stem}-plots")
     if family is not None:
-        if cables:
-            raise UsageError("--family names its cable itself: leave out --cable")
+        if cables or kinds:
+            raise UsageError("--family names its cable and is a plot of its own: leave out --cable and --kind")
         return _plot_family(scene_path, output, family, file_format)
-    from cablecad.picture.plot import cable_plots
+    from cablecad.picture.plot import KINDS, cable_plots
     from cablecad.picture.render import with_cables
     from cablecad.pipeline import solve_scene
     from cablecad.scene import load_scene
 
     scene = with_cables(load_scene(scene_path), cables)
-    with progress_bar(4 * len(scene.cables)) as progress:
-        run = solve_scene(scene, search="wide", progress=progress)
+    kinds = kinds or KINDS
+    if not scene.cables:
+        note_all(["the scene has no cables to plot"])
+    with progress_bar((1 + len(set(kinds))) * len(scene.cables)) as progress:
+        run = solve_scene(scene, search="wide" if "equilibria" in kinds else "answer", progress=progress)
+        note_all(run.remarks)
+        for outcome in run.outcomes:
+            warn_of(outcome.cable.name, outcome.warnings)
+            warn_of(outcome.cable.name, outcome.violations)
+        show_errors(run.errors)
         solutions = [outcome.solution for outcome in run.outcomes if outcome.solution is not None]
-        paths = _write([] if run.errors else list(cable_plots(solutions)), output, file_format, progress)
-    note_all(run.remarks)
-    for outcome in run.outcomes:
-        warn_of(outcome.cable.name, outcome.warnings)
-        warn_of(outcome.cable.name, outcome.violations)
-    show_errors(run.errors)
-    for path in paths:
-        click.echo(path)
+        _write([] if run.errors else cable_plots(solutions, kinds), output, file_format, progress)
     return run.exit_code
 
 
-def _plot_family(scene_path: Path, output: Path, family: str, file_format: str) -> int:
+def _plot_family(scene_path: Path, output: Path, family: str, file_format: FileFormat) -> int:
     """Draw a family; values without a solution are left out and named."""
     from cablecad.batch import grid_rows
     from cablecad.picture.family_plot import Member
@@ -111,14 +129,12 @@ def _plot_family(scene_path: Path, output: Path, family: str, file_format: str) 
             except CablecadError as problem:
                 failed.append((value, problem))
         plots = list(family_plots(name, target.name, steps, members, len(failed))) if members else []
-        paths = _write(plots, output, file_format, progress)
+        _write(plots, output, file_format, progress)
     for value, error in failed:
         say(f"warning: {target.name} = {value:g}: {error}")
     if not members:
         show_errors([failed[0][1]])
         return failed[0][1].exit_code
-    for path in paths:
-        click.echo(path)
     return SOME_FAILED if failed else 0
 
 
@@ -136,22 +152,20 @@ def _cable_of(target: Target, base: RawScene) -> tuple[str, tuple[str | int, ...
     raise UsageError(f"{target.name!r}: a family changes one cable: begin with cables.NAME., NAME one of {listed}")
 
 
-def _write(plots: Sequence[Plot], folder: Path, file_format: str, progress: object) -> list[Path]:
-    """Draw all, then write all: nothing is written where something cannot be drawn."""
+def _write(plots: Iterable[Plot], folder: Path, file_format: FileFormat, progress: Progress | None) -> None:
+    """Draw and write one plot after the other, each whole, and say where it is: what is done is not lost."""
     from cablecad.files import write_bytes
 
-    drawn = []
     for one in plots:
-        if callable(progress):
+        if progress is not None:
             progress(one.name)
-        drawn.append((folder / f"{one.name}.{file_format}", one.data(file_format)))  # type: ignore[arg-type]
-    if drawn:
+        data = one.data(file_format)
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise ExchangeError(
                 f"the folder {folder} cannot be made: {error.strerror or error}; give another with -o"
             ) from error
-    for path, data in drawn:
+        path = folder / f"{one.name}.{file_format}"
         write_bytes(path, data)
-    return [path for path, _ in drawn]
+        click.echo(path)

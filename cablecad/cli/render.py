@@ -53,8 +53,9 @@ def render(
 ) -> int:
     """Solve SCENE and draw its parts and cables as a shaded picture.
 
-    With axes and a scale bar, which holds all over it, for the projection is parallel. Needs no display. Prints the
-    path written. Takes VTK, which comes with Open Cascade (pip install "cablecad[ocp]").
+    With axes and a scale bar, which holds all over it, for the projection is parallel. A cable is drawn at least 1.6
+    pixels thick. Needs no display. Prints the path written. Takes VTK, which comes with Open Cascade
+    (pip install "cablecad[ocp]").
     """
     from cablecad.files import write_bytes
     from cablecad.picture.png import png_bytes

@@ -42,9 +42,9 @@ def scene_argument(function: F) -> F:
 
 def verbosity_options(function: F) -> F:
     """-q and -v, understood by every command."""
-    function = click.option("-q", "--quiet", is_flag=True, expose_value=False, callback=_quiet, help="Errors only.")(
-        function
-    )
+    function = click.option(
+        "-q", "--quiet", is_flag=True, expose_value=False, callback=_quiet, help="On stderr, errors only."
+    )(function)
     return click.option(
         "-v", "--verbose", is_flag=True, expose_value=False, callback=_verbose, help="Say more, with tracebacks."
     )(function)
@@ -182,7 +182,9 @@ def progress_bar(total: int) -> Iterator[Callable[[str], None] | None]:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+    # What is printed meanwhile goes above the bar, but into a file or a pipe as ever.
+    above = sys.stdout.isatty()
+    with Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=above) as progress:
         task = progress.add_task("", total=total)
 
         def advance(name: str) -> None:

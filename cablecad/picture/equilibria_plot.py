@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cablecad.picture.figure import LEAVES_PLANE, STABLE, UNSTABLE
+from cablecad.picture.figure import LEAVES_PLANE, STABLE, UNSTABLE, title_room
 from cablecad.picture.flat_view import flat_view
 from cablecad.picture.round_number import significant
+from cablecad.picture.words import counted, shortened
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,6 +27,11 @@ _KINDS = {
     "leaves": (LEAVES_PLANE, "solid", "stable only in its plane"),
     "unstable": (UNSTABLE, (0, (4.0, 2.0)), "unstable"),
 }
+
+
+DASHES = {"stable": "solid", "leaves": (0, (8.0, 1.5, 1.5, 1.5)), "unstable": (0, (3.5, 2.5))}
+WORDS = {"stable": "stable", "leaves": "stable only in its plane", "unstable": "unstable"}
+"""Of lines of the kinds of equilibria, and what these are called."""
 
 
 def kind_of(equilibrium: Equilibrium) -> str:
@@ -90,10 +96,11 @@ def plot_equilibria(figure: Figure, solution: RodSolution) -> None:
                 color=color, fontsize=10.5, fontweight="bold",
             )  # fmt: skip
     more = len(solution.equilibria) - len(found)
-    noun = "equilibrium" if len(solution.equilibria) == 1 else "equilibria"
     rest = f", {more} more not drawn" if more else ""
+    said = f": {counted(len(solution.equilibria), 'equilibrium', 'equilibria')} found{rest}"
+    room = title_room(figure.get_figwidth()) - len(said)
     figure.suptitle(
-        f"{solution.cable.name}: {len(solution.equilibria)} {noun} found{rest}",
+        shortened(solution.cable.name, room) + said,
         x=0.012, ha="left", fontsize=13.0, fontweight="bold",
     )  # fmt: skip
     _key(figure, used)

@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cablecad.picture.equilibria_plot import kind_of
+from cablecad.centreline import Array
+from cablecad.picture.equilibria_plot import DASHES, WORDS, kind_of
 from cablecad.picture.figure import fitted_size, plain_ticks, subtitled
 from cablecad.picture.flat_view import FlatView, flat_view
 from cablecad.picture.round_number import shown
+from cablecad.picture.words import counted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,9 +25,6 @@ _UNITS = {
     "length": "mm", "chord": "mm", "rise": "mm", "bend_radius": "mm", "min_bend_radius": "mm", "diameter": "mm",
     "straight": "mm", "position": "mm", "force": "N", "angle_deg": "degrees", "slack": "",
 }  # fmt: skip
-
-_DASHES = {"stable": "solid", "leaves": (0, (8.0, 1.5, 1.5, 1.5)), "unstable": (0, (3.5, 2.5))}
-_WORDS = {"stable": "stable", "leaves": "stable only in its plane", "unstable": "unstable"}
 
 _IN_PLANE = 1e-6
 """A member this far out of the first one's plane, as a share of its length, lies in another."""
@@ -42,7 +41,7 @@ class Member:
 def family_size(members: Sequence[Member]) -> tuple[float, float]:
     """Width and height of the sheet they need [inches]."""
     drawn = [view.flat(member.solution.points(65)) for member, view in zip(members, _views(members), strict=True)]
-    width, height = np.ptp(np.concatenate(drawn), axis=0).tolist()
+    width, height = np.subtract(*_limits(drawn)[::-1]).tolist()
     return fitted_size((width, height), beside=2.3, above=2.1)
 
 
@@ -67,15 +66,18 @@ def plot_family(figure: Figure, name: str, place: str, members: Sequence[Member]
     # Without its lightest end, which white paper swallows.
     colors = colormaps["viridis"].resampled(256)
     norm = Normalize(min(values), max(values) + 0.12 * (max(values) - min(values)) or 1.0)
-    used = set()
+    used, drawn = set(), []
     for member, view in zip(members, views, strict=True):
         kind = kind_of(member.solution.equilibrium)
         used.add(kind)
         points = view.flat(member.solution.points(401))
-        axes.plot(*points.T, color=colors(norm(member.value)), linewidth=2.0, linestyle=_DASHES[kind])
+        drawn.append(points)
+        axes.plot(*points.T, color=colors(norm(member.value)), linewidth=2.0, linestyle=DASHES[kind])
         axes.plot(*points[[0, -1]].T, linestyle="none", marker="o", markersize=4.5, color=colors(norm(member.value)))
     axes.set_aspect("equal")
-    axes.margins(0.06)
+    low, high = _limits(drawn)
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])
     axes.grid(visible=True)
     plain_ticks(axes)
     one_plane = all(view is views[0] for view in views)
@@ -88,15 +90,23 @@ def plot_family(figure: Figure, name: str, place: str, members: Sequence[Member]
         if len(values) <= 12:
             bar.set_ticks(values, labels=[shown(value) for value in values])
     handles = [
-        Line2D([], [], color="#22272e", linewidth=2.0, linestyle=_DASHES[kind], label=_WORDS[kind])
-        for kind in _DASHES
+        Line2D([], [], color="#22272e", linewidth=2.0, linestyle=DASHES[kind], label=WORDS[kind])
+        for kind in DASHES
         if kind in used
     ]
     figure.legend(handles=handles, loc="outside lower left", ncols=len(handles), fontsize=10.0)
-    gone = f"; {missing} more have no solution" if missing else ""
-    subtitled(
-        axes, name, f"{label_of(place)}: {len(members)} shapes from {shown(min(values))} to {shown(max(values))}{gone}"
-    )
+    gone = f"; {missing} more {'has' if missing == 1 else 'have'} no solution" if missing else ""
+    spread = f"from {shown(min(values))} to {shown(max(values))}" if len(values) > 1 else f"at {shown(values[0])}"
+    subtitled(axes, name, f"{label_of(place)}: {counted(len(members), 'shape', 'shapes')} {spread}{gone}")
+
+
+def _limits(drawn: Sequence[Array]) -> tuple[Array, Array]:
+    """The corners of the drawing: a little room around the shapes, and more beside straight ones."""
+    points = np.concatenate(drawn)
+    low, high = points.min(axis=0), points.max(axis=0)
+    size = high - low
+    room = np.maximum(0.06 * size, (0.2 * size.max() - size) / 2.0)
+    return low - room, high + room
 
 
 def label_of(place: str) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 
 from cablecad.errors import MissingDependencyError
 from cablecad.picture.palette import FAINT, INK, OKABE_ITO
+from cablecad.picture.words import shortened
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -130,9 +131,20 @@ def file_bytes(figure: Figure, file_format: FileFormat) -> bytes:
     return stream.getvalue()
 
 
+def title_room(width: float) -> int:
+    """Letters of a title on a sheet of a width [inches]."""
+    return round(9.0 * (width - 0.8))
+
+
 def subtitled(axes: Axes, title: str, subtitle: str) -> None:
-    """A title at the left over the axes, and a line below it in a lighter tone."""
-    axes.set_title(title, pad=26.0)
+    """A title at the left over the axes, and a line below it in a lighter tone; of each what there is room for."""
+    width = axes.figure.get_figwidth()
+    axes.set_title(shortened(title, title_room(width)), pad=26.0)
     axes.annotate(
-        subtitle, (0.0, 1.0), xytext=(0.0, 9.0), xycoords="axes fraction", textcoords="offset points", color="#5b6470"
+        shortened(subtitle, round(12.5 * (width - 0.8))),
+        (0.0, 1.0),
+        xytext=(0.0, 9.0),
+        xycoords="axes fraction",
+        textcoords="offset points",
+        color="#5b6470",
     )

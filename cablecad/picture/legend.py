@@ -107,7 +107,7 @@ def draw_legend(overlay: Overlay, legend: BendLegend) -> None:
     em = unit_of(overlay.size)
     width, height = overlay.size
     tall, wide = 0.5 * height, 1.1 * em
-    corner = np.array([width - 7.6 * em, 0.2 * height])
+    corner = np.array([width - 7.6 * em, max(0.2 * height, 3.6 * em)])  # its title stands above
     overlay.text("bend radius", corner - np.array([0.0, 2.6 * em]), height=em, bold=True)
     overlay.text("mm", corner - np.array([0.0, 1.35 * em]), height=0.9 * em, color=FAINT)
     overlay.bar(corner, (wide, tall), bend_color(np.linspace(0.0, 1.0, 128)))
@@ -191,7 +191,7 @@ def _free_place(at: Array, box: Array, em: float, covered: NDArray[np.bool_]) ->
         return float(sums[y[1], x[1]] - sums[y[0], x[1]] - sums[y[1], x[0]] + sums[y[0], x[0]])
 
     best = (math.inf, math.inf, at, at)
-    for distance in (2.6, 3.6, 5.0, 7.0, 10.0):
+    for distance in (2.6, 3.6, 5.0, 7.0, 10.0, 14.0, 20.0):
         for angle in np.arange(16) * math.pi / 8.0 + math.pi / 16.0:  # none quite level: a line to be seen as one
             elbow = at + distance * em * np.array([math.cos(angle), -math.sin(angle)])
             corner = elbow - np.array([0.0 if elbow[0] >= at[0] else box[0], box[1] / 2.0])

@@ -25,6 +25,9 @@ PART = "#b9bec6"
 ALERT = "#d55e00"
 """Of the tightest spot, and of broken rules."""
 
+_LIGHTEST = 0.62
+"""Brightness of lines on white paper at most: that of the lightest of `OKABE_ITO`."""
+
 _VIRIDIS = (
     "#440154", "#482475", "#414487", "#355f8d", "#2a788e", "#21918c", "#22a884", "#44bf70", "#7ad151", "#bddf26",
     "#fde725",
@@ -35,6 +38,14 @@ def rgb(color: str) -> Rgb:
     """Red, green and blue of ``#rrggbb``, each from 0 to 1; what may follow (opacity) is left out."""
     red, green, blue = (value / 255.0 for value in bytes.fromhex(color[1:7]))
     return red, green, blue
+
+
+def on_paper(color: str) -> str:
+    """``#rrggbb`` for lines on white paper: a colour too light to be seen there is darkened, its opacity left out."""
+    red, green, blue = rgb(color)
+    light = 0.21 * red + 0.72 * green + 0.07 * blue
+    share = min(1.0, _LIGHTEST / max(light, 1e-9))
+    return "#" + "".join(f"{round(255.0 * share * value):02x}" for value in (red, green, blue))
 
 
 def opacity(color: str) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
@@ -12,7 +12,7 @@ from cablecad.picture.curvature_plot import plot_curvature
 from cablecad.picture.equilibria_plot import equilibria_size, plot_equilibria
 from cablecad.picture.family_plot import Member, family_size, plot_family
 from cablecad.picture.figure import FileFormat, file_bytes, sheet
-from cablecad.picture.palette import cable_color
+from cablecad.picture.palette import cable_color, on_paper
 from cablecad.picture.shape_plot import plot_shape, shape_size
 
 if TYPE_CHECKING:
@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 
 _UNSAFE = re.compile(r"[^\w.+=-]+")
 """What no file name should have: slashes, blanks, quotes; letters of all scripts may stay."""
+
+
+KINDS = ("shape", "curvature", "equilibria")
+"""Of the plots of a cable."""
 
 
 @dataclass(frozen=True)
@@ -49,18 +53,18 @@ class Plot:
             return file_bytes(figure, file_format)
 
 
-def cable_plots(solutions: Sequence[RodSolution]) -> Iterator[Plot]:
-    """The plots of cables: shape, curvature and equilibria of each."""
+def cable_plots(solutions: Sequence[RodSolution], kinds: Collection[str] = KINDS) -> Iterator[Plot]:
+    """The plots of cables: shape, curvature and equilibria of each, or some of these `KINDS`."""
     taken: set[str] = set()
     for i, solution in enumerate(solutions):
         stem = file_stem(solution.cable.name, taken)
-        color = cable_color(solution.cable.color, i)[:7]
-        shape = partial(plot_shape, solution=solution, color=color)
-        curvature = partial(plot_curvature, solution=solution, color=color)
-        equilibria = partial(plot_equilibria, solution=solution)
-        yield Plot(f"{stem}-shape", shape_size(solution), shape)
-        yield Plot(f"{stem}-curvature", (8.0, 4.5), curvature)
-        yield Plot(f"{stem}-equilibria", equilibria_size(solution), equilibria)
+        color = on_paper(cable_color(solution.cable.color, i))
+        if "shape" in kinds:
+            yield Plot(f"{stem}-shape", shape_size(solution), partial(plot_shape, solution=solution, color=color))
+        if "curvature" in kinds:
+            yield Plot(f"{stem}-curvature", (8.0, 4.5), partial(plot_curvature, solution=solution, color=color))
+        if "equilibria" in kinds:
+            yield Plot(f"{stem}-equilibria", equilibria_size(solution), partial(plot_equilibria, solution=solution))
 
 
 def family_plots(

@@ -22,9 +22,11 @@ from cablecad.model import Cable, Scene
 from cablecad.picture.camera import Camera, aim_camera, view_direction
 from cablecad.picture.legend import BendLegend, draw_axes, draw_legend, draw_mark, draw_note, draw_scale_bar, margins_of
 from cablecad.picture.offscreen import load_vtk
+from cablecad.picture.overlay import can_be_set
 from cablecad.picture.palette import PART, bend_color, cable_color, opacity, paled, rgb
 from cablecad.picture.png import Pixels, png_bytes
 from cablecad.picture.stage import Solid, Stage
+from cablecad.picture.words import shortened
 from cablecad.pipeline import SceneRun, check_output, read_scene_parts, solve_scene
 
 if TYPE_CHECKING:
@@ -41,6 +43,15 @@ LEAST_SIZE, MOST_SIZE = 200, 8192
 _FINEST = 0.15
 """A cable's mesh need not be finer than this share of a pixel."""
 
+_THINNEST = 1.6
+"""Cables are drawn as thick as this at least [pixels]: what is thinner would be dots, or nothing."""
+
+_OUTLINED = 7.0
+"""Cables thinner than this in the picture have no outline [pixels]: it would leave nothing of their colour."""
+
+_LONGEST = 28
+"""Letters of a name beside the mark."""
+
 _PALE = 0.62
 """How far parts step back where colours tell the curvature."""
 
@@ -51,12 +62,14 @@ class Spot:
 
     Attributes:
         cable: Its name.
+        number: Which it is in the scene, counted from 1.
         arclength: Where along it [mm].
         bend_radius: [mm].
         position: In the scene, shape (3,) [mm].
     """
 
     cable: str
+    number: int
     arclength: float
     bend_radius: float
     position: Array
@@ -207,8 +220,8 @@ def draw_run(
 def _tightest(solved: Sequence[tuple[Cable, RodSolution]]) -> Spot | None:
     """The tightest spot of all cables; None where all are straight."""
     spots = [
-        Spot(cable.name, at, radius, solution.position(at)[0])
-        for cable, solution in solved
+        Spot(cable.name, number, at, radius, solution.position(at)[0])
+        for number, (cable, solution) in enumerate(solved, 1)
         if (radius := solution.bend_radius_min) is not None and (at := solution.bend_radius_min_at) is not None
     ]
     return min(spots, key=lambda spot: spot.bend_radius, default=None)
@@ -217,7 +230,12 @@ def _tightest(solved: Sequence[tuple[Cable, RodSolution]]) -> Spot | None:
 def _mark_words(spot: Spot, cables: int) -> tuple[str, str]:
     """What stands beside the mark: a line to be read at once, and one that says where."""
     where = f"s = {spot.arclength:.4g} mm"
-    return f"R {spot.bend_radius:.4g} mm", where if cables == 1 else f"{spot.cable}, {where}"
+    return f"R {spot.bend_radius:.4g} mm", where if cables == 1 else f"{_called(spot)}, {where}"
+
+
+def _called(spot: Spot) -> str:
+    """The cable's name, shortened, or its number where VTK's type lacks letters of it."""
+    return shortened(spot.cable, _LONGEST) if can_be_set(spot.cable) else f"cable {spot.number}"
 
 
 def _part_solids(parts: Sequence[tuple[Part, Document]], *, pale: bool) -> list[Solid]:
@@ -241,11 +259,12 @@ def _reach(cable: Cable, solution: RodSolution) -> Array:
 def _cable_solid(
     cable: Cable, solution: RodSolution, index: int, camera: Camera, tightest: Spot | None, curvature: bool
 ) -> Solid:
-    radius = cable.section.radius
+    radius = max(cable.section.radius, _THINNEST * camera.mm_per_pixel / 2.0)
+    outlined = 2.0 * radius >= _OUTLINED * camera.mm_per_pixel
     tube = mesh_tube(solution.centreline, radius, tolerance=max(_FINEST * camera.mm_per_pixel, 1e-3 * radius))
     color = cable_color(cable.color, index)
     if not curvature:
-        return Solid(tube.mesh, rgb(color), opacity(color))
+        return Solid(tube.mesh, rgb(color), opacity(color), outlined=outlined)
     kappa = np.abs(solution.curvature(np.clip(tube.arclengths, 0.0, solution.length)))
     greatest = 1.0 if tightest is None else 1.0 / tightest.bend_radius
-    return Solid(tube.mesh, bend_color(kappa / greatest), glow=0.45)
+    return Solid(tube.mesh, bend_color(kappa / greatest), glow=0.45, outlined=outlined)

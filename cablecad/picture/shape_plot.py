@@ -10,11 +10,13 @@ import numpy as np
 
 from cablecad.centreline import Array
 from cablecad.model import Clamp
-from cablecad.picture.figure import fitted_size, plain_ticks, subtitled
+from cablecad.picture.equilibria_plot import DASHES, WORDS, kind_of
+from cablecad.picture.figure import fitted_size, plain_ticks, subtitled, title_room
 from cablecad.picture.flat_view import FlatView, flat_view
 from cablecad.picture.label import Labels
 from cablecad.picture.palette import ALERT, INK
 from cablecad.picture.round_number import significant
+from cablecad.picture.words import shortened
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,7 +33,7 @@ FORCE = "#6a3d9a"
 
 def shape_size(solution: RodSolution) -> tuple[float, float]:
     """Width and height of the sheet it needs [inches]."""
-    low, high = _limits(_flat_points(solution))
+    low, high = _limits(_flat_points(solution), solution)
     width, height = high - low
     return fitted_size((width, height))
 
@@ -39,7 +41,7 @@ def shape_size(solution: RodSolution) -> tuple[float, float]:
 def plot_shape(figure: Figure, solution: RodSolution, color: str) -> None:
     """Draw the shape on a sheet of its own."""
     axes, view, points = figure.add_subplot(), flat_view(solution.centreline), _flat_points(solution)
-    low, high = _limits(points)
+    low, high = _limits(points, solution)
     extent = float(np.ptp(points, axis=0).max())
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
@@ -48,9 +50,12 @@ def plot_shape(figure: Figure, solution: RodSolution, color: str) -> None:
     axes.set_ylabel(view.labels[1])
     axes.grid(visible=True)
     plain_ticks(axes)
-    subtitled(axes, solution.cable.name, _summary(solution))
+    kind = kind_of(solution.equilibrium)
+    verdict = _verdict(solution, kind)
+    room = title_room(figure.get_figwidth()) - len(verdict)
+    subtitled(axes, shortened(solution.cable.name, room) + verdict, _summary(solution))
     tube = _draw_tube(axes, view, solution, color)
-    axes.plot(*points.T, color=color, linewidth=1.6, zorder=3)
+    axes.plot(*points.T, color=color, linewidth=1.6, linestyle=DASHES[kind], zorder=3)
     cable, equilibrium = solution.cable, solution.equilibrium
     ends = [
         _End("start", equilibrium.start, isinstance(cable.start_support, Clamp), 1.0),
@@ -58,7 +63,7 @@ def plot_shape(figure: Figure, solution: RodSolution, color: str) -> None:
     ]
     drawn = [tube]
     for end in ends:
-        drawn.append(_draw_end(axes, view, end, extent))
+        drawn.append(_draw_end(axes, view, end, extent, cable.section.radius))
         drawn.append(_draw_force(axes, view, solution, end.state, extent))
     spot = _draw_tightest(axes, view, solution, extent)
     labels = Labels(axes)
@@ -86,10 +91,10 @@ def _flat_points(solution: RodSolution) -> Array:
     return flat_view(solution.centreline).flat(solution.points(SAMPLES))
 
 
-def _limits(points: Array) -> tuple[Array, Array]:
-    """The corners of the drawing: room around the shape for arrows and words."""
+def _limits(points: Array, solution: RodSolution) -> tuple[Array, Array]:
+    """The corners of the drawing: room around the shape for arrows and words, beyond the cable's sides."""
     extent = float(np.ptp(points, axis=0).max())
-    room = np.array([0.26, 0.2]) * extent
+    room = np.array([0.26, 0.2]) * extent + solution.cable.section.radius
     return points.min(axis=0) - room, points.max(axis=0) + room
 
 
@@ -97,6 +102,19 @@ def _summary(solution: RodSolution) -> str:
     radius = solution.bend_radius_min
     bend = "no bend" if radius is None else f"least bend radius {radius:.4g} mm"
     return f"length {solution.length:.6g} mm, chord {solution.chord:.6g} mm, {bend}"
+
+
+def _verdict(solution: RodSolution, kind: str) -> str:
+    """What is wrong with a shape, for its title; nothing of one that is stable and breaks no rule."""
+    words = [] if kind == "stable" else [WORDS[kind]]
+    broken = {violation.rule for violation in solution.violations}
+    if "curvature" in broken:
+        words.append("folds over")
+    if solution.self_gap is not None and solution.self_gap < 0.0:
+        words.append("cuts into itself")
+    if "min_bend_radius" in broken:
+        words.append("breaks its rule")
+    return ": " + ", ".join(words) if words else ""
 
 
 def _draw_tube(axes: Axes, view: FlatView, solution: RodSolution, color: str) -> Array:
@@ -109,14 +127,14 @@ def _draw_tube(axes: Axes, view: FlatView, solution: RodSolution, color: str) ->
     return np.concatenate([outline, points])
 
 
-def _draw_end(axes: Axes, view: FlatView, end: _End, extent: float) -> Array:
+def _draw_end(axes: Axes, view: FlatView, end: _End, extent: float, radius: float) -> Array:
     """A clamp as a wall with hatching, a pin as a ring; points on it."""
     at, tangent = view.flat(end.state.position), end.inward * view.vector(end.state.direction)
     if not end.clamped:
         axes.plot(*at, marker="o", markersize=8, markerfacecolor="white", markeredgecolor=INK, zorder=5)
         return at[None]
     across = np.array([-tangent[1], tangent[0]])
-    half, deep = 0.045 * extent, 0.018 * extent
+    half, deep = max(0.045 * extent, 1.2 * radius), 0.018 * extent
     wall = np.array([at + half * across, at - half * across])
     wall = np.vstack([wall, wall[::-1] - deep * tangent])
     axes.fill(*wall.T, facecolor="#d4d8de", edgecolor=INK, linewidth=0.9, hatch="////", zorder=4)
@@ -157,17 +175,17 @@ def _end_words(solution: RodSolution, view: FlatView, end: _End) -> str:
 
 
 def _draw_tightest(axes: Axes, view: FlatView, solution: RodSolution, extent: float) -> Array | None:
-    """The tightest spot and the circle that touches there, of a large one only an arc; where it is, shape (2,)."""
+    """The tightest spot and the circle that touches there, if it is not too large; where it is, shape (2,)."""
     radius, at = solution.bend_radius_min, solution.bend_radius_min_at
     if radius is None or at is None:
         return None
     spot, tangent = view.flat(solution.position(at)[0]), view.vector(solution.tangent(at)[0])
     kappa, binormal = float(solution.curvature(at)[0]), solution.centreline.binormal(at)[0]
     normal = np.array([-tangent[1], tangent[0]]) * math.copysign(1.0, kappa * float(binormal @ view.toward))
-    half = math.pi if radius < 0.35 * extent else 0.3 * extent / radius
-    angle = np.linspace(-half, half, 181)[:, None]
-    circle = spot + radius * (np.sin(angle) * tangent + (1.0 - np.cos(angle)) * normal)
-    axes.plot(*circle.T, color=ALERT, linewidth=0.9, linestyle=(0, (4, 3)), zorder=2.5)
+    if radius < 0.6 * extent:
+        angle = np.linspace(-math.pi, math.pi, 361)[:, None]
+        circle = spot + radius * (np.sin(angle) * tangent + (1.0 - np.cos(angle)) * normal)
+        axes.plot(*circle.T, color=ALERT, linewidth=0.9, linestyle=(0, (4, 3)), zorder=2.5)
     axes.plot(
         *spot, marker="o", markersize=11, markerfacecolor="none", markeredgecolor=ALERT, markeredgewidth=2.0, zorder=6
     )

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 _FACTORS = ((3, 12e6), (2, 40e6))
 """Pixels drawn for each of the picture in either direction, and the most pixels that may be drawn so."""
 
-_BAND = 64
-"""Rows of the picture that are averaged at once."""
+_BAND, _ROWS = 64, 256
+"""Rows of the picture that are averaged at once, and of the large one that are searched for outlines at once."""
 
 _EDGE_WIDTH = 1.3
 """Of lines where faces meet [pixels]."""
@@ -59,12 +59,14 @@ class Solid:
         color: Of all of it, or of each vertex, shape (n, 3).
         opacity: From 0 to 1.
         glow: Share of its colour that needs no light: more of it where the colour tells a number.
+        outlined: Whether it has an outline: a thin thing would be nothing else.
     """
 
     mesh: Mesh
     color: Rgb | Array
     opacity: float = 1.0
     glow: float = 0.0
+    outlined: bool = True
 
 
 class Stage:
@@ -93,6 +95,7 @@ class Stage:
         self.overlay = Overlay(over, camera.size, self._factor)
         self._surfaces: list[tuple[vtkActor, float]] = []
         self._lines: list[vtkActor] = []
+        self._bare: list[vtkActor] = []
         self._outline: NDArray[np.bool_] | None = None
         self._aim()
         self._light()
@@ -124,6 +127,8 @@ class Stage:
         look.SetInterpolationToPhong()
         self._renderer.AddActor(actor)
         self._surfaces.append((actor, solid.opacity))
+        if not solid.outlined:
+            self._bare.append(actor)
         if mesh.edges:
             self._add_edges(mesh.edges, solid.color if one_color else (1.0, 1.0, 1.0))
 
@@ -187,30 +192,38 @@ class Stage:
 
     def _find_outline(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Where outlines are in the large picture, and where anything is."""
-        from vtkmodules.vtkCommonCore import vtkFloatArray
-
         for line in self._lines:
             line.VisibilityOff()
         self.overlay.renderer.DrawOff()
+        depth = self._depths()
+        covered = depth < 1.0
+        hidden = np.zeros(depth.shape, dtype=bool)
+        if self._bare:
+            for actor in self._bare:
+                actor.VisibilityOff()
+            behind = self._depths()
+            for actor in self._bare:
+                actor.VisibilityOn()
+            hidden, depth = depth < behind, behind
+        pixel = self.camera.mm_per_pixel / self._factor
+        outline = np.empty(depth.shape, dtype=bool)
+        steps = round(_OUTLINE_WIDTH * self._factor / 2.0)
+        reach = steps + 1
+        for first in range(0, len(depth), _ROWS):  # with the rows around it that have a say in a band
+            last, low = min(first + _ROWS, len(depth)), max(first - reach, 0)
+            band = _kinks(depth[low : last + reach], 2.0 * self.camera.depth / pixel, steps)
+            outline[first:last] = band[first - low : last - low]
+        return outline & ~hidden, covered
+
+    def _depths(self) -> NDArray[np.float32]:
+        """Of the large picture, from 0 at the eye to 1 where nothing is."""
+        from vtkmodules.vtkCommonCore import vtkFloatArray
+
         self._window.Render()
         width, height = self._window.GetSize()
         buffer = vtkFloatArray()
         self._window.GetZbufferData(0, 0, width - 1, height - 1, buffer)
-        depth = np.frombuffer(buffer, np.float32).reshape(height, width)[::-1]
-        nothing = depth >= 1.0
-        pixel = self.camera.mm_per_pixel / self._factor
-        z = (depth * np.float32(2.0 * self.camera.depth / pixel)).astype(np.float32)
-        z[nothing] += np.float32(1e6)
-        found = np.zeros(z.shape, dtype=bool)
-        for axis in (0, 1):
-            ahead = np.diff(z, axis=axis)
-            kink = np.diff(ahead, axis=axis)  # positive at the near side of a step
-            if axis == 0:
-                found[1:-1] |= kink > _KINK
-            else:
-                found[:, 1:-1] |= kink > _KINK
-        found &= ~nothing
-        return _thickened(found, round(_OUTLINE_WIDTH * self._factor / 2.0)) & ~nothing, ~nothing
+        return np.frombuffer(buffer, np.float32).reshape(height, width)[::-1]
 
     def _colors(self) -> NDArray[np.uint8]:
         from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
@@ -243,6 +256,21 @@ class Stage:
             light.SetFocalPoint(0.0, 0.0, 0.0)
             light.SetIntensity(strength)
             self._renderer.AddLight(light)
+
+
+def _kinks(depth: NDArray[np.float32], scale: float, steps: int) -> NDArray[np.bool_]:
+    """Where depths, times a scale in pixels, have a kink on the near side of a step, made wider by some pixels."""
+    nothing = depth >= 1.0
+    z = (depth * np.float32(scale)).astype(np.float32)
+    z[nothing] += np.float32(1e6)
+    found = np.zeros(z.shape, dtype=bool)
+    for axis in (0, 1):
+        kink = np.diff(z, n=2, axis=axis)  # positive at the near side of a step
+        if axis == 0:
+            found[1:-1] |= kink > _KINK
+        else:
+            found[:, 1:-1] |= kink > _KINK
+    return _thickened(found & ~nothing, steps) & ~nothing
 
 
 def _thickened(mask: NDArray[np.bool_], steps: int) -> NDArray[np.bool_]:

@@ -75,7 +75,10 @@ def test_family_of_nothing(cli, here):
         (["--family", "format=1,1"], "a family changes one cable: begin with cables.NAME., NAME one of W1, W 2/b"),
         (["--family", "cables.W1.lenght=300:400:3"], "length"),
         (["--family", "cables.W1.material=pvc,pur"], "a family is drawn over numbers"),
-        (["--family", "cables.W1.length=300:400:3", "--cable", "W1"], "--family names its cable itself"),
+        (
+            ["--family", "cables.W1.length=300:400:3", "--cable", "W1"],
+            "--family names its cable and is a plot of its own",
+        ),
         (["--cable", "W9"], "there is no such cable in the scene; it has W1, W 2/b"),
         (["--format", "gif"], "'gif' is not one of 'png', 'svg', 'pdf'"),
     ],
@@ -119,3 +122,30 @@ def test_no_open_cascade_is_loaded(here):
     code = "import sys; sys.modules['OCP'] = None; from cablecad.cli import main; main()"
     one = subprocess.run([sys.executable, "-c", code, "plot", "scene.toml", "--cable", "W1"], check=False)
     assert one.returncode == 0
+
+
+def test_some_kinds_only(cli, here):
+    ended = cli("plot", "scene.toml", "-o", "plots", "--cable", "W1", "--kind", "shape", "--kind", "curvature")
+    assert (ended.code, ended.err) == (0, "")
+    assert names(here / "plots") == ["W1-curvature.png", "W1-shape.png"]
+    ended = cli("plot", "scene.toml", "--family", "cables.W1.length=340:350:2", "--kind", "shape")
+    assert ended.code == 2
+
+
+def test_what_is_done_is_there_before_the_next_is_drawn(cli, here, monkeypatch):
+    from cablecad.picture import plot
+
+    def stopped(*_arguments, **_named):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(plot, "plot_equilibria", stopped)
+    ended = cli("plot", "scene.toml", "-o", "plots", "--cable", "W1")
+    assert ended.code == 130
+    assert ended.out.splitlines() == ["plots/W1-shape.png", "plots/W1-curvature.png"]
+    assert names(here / "plots") == ["W1-curvature.png", "W1-shape.png"]
+
+
+def test_a_scene_without_cables_is_said_to_be_one(cli, here):
+    write(here / "parts.toml", 'format = 1\n[[parts]]\nname = "P"\nstep = "p.step"\n')
+    ended = cli("plot", "parts.toml", "-o", "plots")
+    assert "the scene has no cables to plot" in ended.err

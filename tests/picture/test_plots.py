@@ -14,12 +14,12 @@ pytest.importorskip("matplotlib")
 from cablecad import Cable, Clamp, Material, Pin, Port, Toward, load_scene, solve, solve_many
 from cablecad.picture.curvature_plot import curvature_samples, plot_curvature
 from cablecad.picture.equilibria_plot import equilibria_size, kind_of, plot_equilibria
-from cablecad.picture.family_plot import Member, label_of, plot_family
+from cablecad.picture.family_plot import Member, family_size, label_of, plot_family
 from cablecad.picture.figure import UNSTABLE, fitted_size, sheet
 from cablecad.picture.flat_view import flat_view
-from cablecad.picture.palette import ALERT
+from cablecad.picture.palette import ALERT, on_paper
 from cablecad.picture.plot import cable_plots, file_stem
-from cablecad.picture.shape_plot import plot_shape
+from cablecad.picture.shape_plot import plot_shape, shape_size
 from cablecad.pipeline import solve as solve_cable
 
 UP = (0, 0, 1)
@@ -30,8 +30,8 @@ BLUE = "#0072b2"
 
 def arch(**keys) -> Cable:
     """In the plane x = 0."""
-    values = {"length": 350.0, "material": PVC, **keys}
-    return Cable("W1", 4.0, Port((0, 0, 0), UP), Port((0, 120, 0), UP), **values)
+    values = {"name": "W1", "diameter": 4.0, "length": 350.0, "material": PVC, **keys}
+    return Cable(start=Port((0, 0, 0), UP), end=Port((0, 120, 0), UP), **values)
 
 
 def lines_of(axes, color=None):
@@ -353,3 +353,47 @@ def test_sheets_fit_what_is_on_them():
     assert all(
         math.isfinite(side) and 3.0 < side < 10.0 for size in (wide, high, fitted_size((0.0, 0.0))) for side in size
     )
+
+
+def test_lines_on_white_paper_are_never_white():
+    assert on_paper("#0072b2") == "#0072b2"
+    assert on_paper("#000000ff") == "#000000"
+    assert on_paper("#ffffff") == "#9e9e9e"
+    red, green, blue = bytes.fromhex(on_paper("#ffff00")[1:])
+    assert red == green > 10 * blue
+    assert red < 180
+
+
+def test_a_thick_cable_lies_within_its_sheet_and_between_its_walls():
+    solution = solve(arch(diameter=60.0, allow_contact=True))
+    with sheet(*shape_size(solution)) as figure:
+        plot_shape(figure, solution, "#0072b2")
+        axes = figure.axes[0]
+        low, high = np.array([axes.get_xlim(), axes.get_ylim()]).T
+        side = axes.patches[0].get_xy()
+        assert (side.min(axis=0) > low).all()
+        assert (side.max(axis=0) < high).all()
+
+
+def test_titles_say_what_is_wrong_and_end_where_the_sheet_does():
+    cable = load_scene(SAMPLES / "crossed.toml").cables[0]
+    solution = solve(cable)
+    with sheet(*shape_size(solution)) as figure:
+        plot_shape(figure, solution, "#0072b2")
+        assert figure.axes[0].get_title(loc="left").endswith(": unstable, cuts into itself")
+    solution = solve(arch(name="Harness main trunk A, connector X12-J7 to PCB backplane (rev C) left" * 3))
+    with sheet(*shape_size(solution)) as figure:
+        plot_shape(figure, solution, "#0072b2")
+        title = figure.axes[0].get_title(loc="left")
+        assert title.endswith("...")
+        assert len(title) < 70
+
+
+def test_a_family_of_straight_cables_has_room_across():
+    ends = Clamp((0, 0, 0), (1, 0, 0)), Clamp((100, 0, 0), (1, 0, 0))
+    members = [Member(d, solve(Cable("S", d, *ends, length=100.0))) for d in (1.0, 2.0)]
+    with sheet(*family_size(members)) as figure:
+        plot_family(figure, "S", "cables.S.diameter", members, 1)
+        low, high = figure.axes[0].get_ylim()
+        assert high - low > 15.0
+        assert "2 shapes from 1 to 2; 1 more has no solution" in words_of(figure.axes[0])

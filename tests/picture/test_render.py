@@ -216,3 +216,39 @@ def test_what_cannot_be_meant(tmp_path, options, said):
         render_scene(Scene(cables=(ARCH,)), tmp_path / "a.png", **options)
     with pytest.raises(UsageError, match=r"must end in \.png"):
         render_scene(Scene(cables=(ARCH,)), tmp_path / "a.jpg")
+
+
+def test_thin_cables_are_lines_in_their_own_colour(tmp_path):
+    """A thousandth of a millimetre thick or two millimetres: neither gaps nor outlines that leave nothing of it."""
+    ends = Port((0, 0, 0), UP), Port((0, 1200, 0), UP)
+    for diameter in (0.001, 2.0):
+        cable = Cable("W1", diameter, *ends, length=3500.0, color="#d00000")
+        picture, pixels = picture_of(Scene(cables=(cable,)), tmp_path / "a.png", view="right", size=(800, 500))
+        red = pixels[:, :, 0] - pixels[:, :, 1] > 0.15
+        red[:, :100] = False  # where the axes are
+        from cablecad import solve
+
+        places = np.rint(picture.camera.project(solve(cable).points(400))).astype(int)
+        near = [red[row - 2 : row + 3, column - 2 : column + 3].any() for column, row in places]
+        assert all(near)
+        assert pixels[red].mean(axis=0)[0] > 0.55
+
+
+def test_a_cable_far_smaller_than_a_pixel_is_a_dot(tmp_path):
+    large = Cable("W1", 4.0, Port((0, 0, 0), UP), Port((0, 120, 0), UP), length=350.0)
+    small = Cable("W2", 1e-4, Port((0, 200, 0), UP), Port((0, 200.0012, 0), UP), length=0.0035, color="#d00000")
+    picture, pixels = picture_of(Scene(cables=(large, small)), tmp_path / "a.png", view="right")
+    column, row = np.rint(picture.camera.project(np.array([[0.0, 200.0, 0.0]]))[0]).astype(int)
+    patch = pixels[row - 3 : row + 4, column - 3 : column + 4]
+    assert (patch[:, :, 0] - patch[:, :, 1]).max() > 0.1
+
+
+def test_names_that_cannot_be_set_are_told_by_number_and_long_ones_shortened():
+    from cablecad.picture.render import Spot, _mark_words
+
+    def words(name):
+        return _mark_words(Spot(name, 2, 175.0, 50.0, np.zeros(3)), 3)[1]
+
+    assert words("W2") == "W2, s = 175 mm"
+    assert words("\u7535\u7f06") == "cable 2, s = 175 mm"
+    assert words("x" * 70) == "x" * 25 + "..., s = 175 mm"
