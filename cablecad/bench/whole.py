@@ -84,7 +84,7 @@ def run(effort: Effort, tell: Tell) -> list[Table]:
         rows = _rows(1, Path(place), effort.count(15, 5))
         many = effort.count(100, 40)
         tell(f"a scene of {many} cables")
-        rows += _rows(many, Path(place), effort.count(5, 1), warm=True)
+        rows += _rows(many, Path(place), effort.count(9, 1), warm=True)
         tell("starting up")
         starts = _starts(Path(place), effort)
     ours, *theirs = (next(r for r in rows if r.method == name and r.cables == many) for name in METHODS)
@@ -105,7 +105,7 @@ def run(effort: Effort, tell: Tell) -> list[Table]:
                 ),
             ],
             (
-                f"medians of {effort.count(15, 5)} builds of one cable and {effort.count(5, 1)} of {many}, in turn; "
+                f"medians of {effort.count(15, 5)} builds of one cable and {effort.count(9, 1)} of {many}, in turn; "
                 "U-shaped cables, 300 to 400 mm long, 4 mm thick; Open Cascade already imported",
                 "OCC's own writing: its transfer to a STEP model, and that model's text; OCC's freeing: of that model, "
                 "which does not count in its share; rewriting: the same bytes in any process, and to the disk",

@@ -36,6 +36,8 @@ _GOOD = 1e-13
 _FEW = 8
 """Up to so many solutions are polished one by one in floats: calls of numpy cost more than the arithmetic."""
 
+_ENDS = np.array([-0.5, 0.5])
+
 PROBES = np.array([-0.5, -0.25, 0.5])
 """Where polished states are carried to: the ends, and the quarter point that tells twins apart."""
 
@@ -154,7 +156,7 @@ def _response_of(space: Ritz, z: Array, force: Array) -> Array:
     return matrix
 
 
-def unmet(space: Ritz, middle: Middle, targets: Array, excess: Array, flat: np.ndarray) -> tuple[Array, Jump]:
+def unmet(space: Ritz, middle: Middle, targets: Array, excess: Array, flat: np.ndarray) -> Array:
     """End conditions not met by the exact elastica, shape (n, 4), ordered as the columns of `response`.
 
     Args:
@@ -164,8 +166,8 @@ def unmet(space: Ritz, middle: Middle, targets: Array, excess: Array, flat: np.n
         excess: 1 - chord, shape (n,).
         flat: Which have small angles throughout, shape (n,).
     """
-    ends = middle.jump(PROBES)
-    x, y = ends.along[:, 2] - ends.along[:, 0], ends.across[:, 2] - ends.across[:, 0]
+    ends = middle.jump(_ENDS)
+    x, y = ends.along[:, 1] - ends.along[:, 0], ends.across[:, 1] - ends.across[:, 0]
     frame = middle.compression
     cosine, sine = np.cos(frame), np.sin(frame)
     missing = np.empty((len(excess), 4))
@@ -179,10 +181,10 @@ def unmet(space: Ritz, middle: Middle, targets: Array, excess: Array, flat: np.n
         missing[flat, 1] = np.sin(2.0 * half) @ space.weights
     for end in (0, 1):
         if end in space.free:
-            missing[:, 2 + end] = ends.kappa[:, 2 * end]
+            missing[:, 2 + end] = ends.kappa[:, end]
         else:
-            missing[:, 2 + end] = wrap(middle.theta + ends.turn[:, 2 * end] - targets[:, end])
-    return missing, ends
+            missing[:, 2 + end] = wrap(middle.theta + ends.turn[:, end] - targets[:, end])
+    return missing
 
 
 def polish(
@@ -205,7 +207,8 @@ def polish(
         at a pin over 1 + omega).
     """
     if len(z) > _FEW:
-        return _polish_together(space, z, force, targets, excess, iterations, sketched)
+        middle, residual = _polish_together(space, z, force, targets, excess, iterations, sketched)
+        return middle, middle.jump(PROBES), residual
     state = z @ space.middle.T
     middle = middle_of(state[:, 0], state[:, 1], force)
     easy = (np.max(np.abs(z @ space.functions.T), axis=1) > _FLAT) & (middle.omega < EASY_OMEGA)
@@ -218,7 +221,7 @@ def polish(
             getattr(middle, name)[i] = value
     rest = np.flatnonzero(residual > _GOOD)
     if len(rest):
-        some, _, residual[rest] = _polish_together(
+        some, residual[rest] = _polish_together(
             space, z[rest], force[rest], targets[rest], excess[rest], iterations, sketched
         )
         middle = middle.replaced(rest, some)
@@ -227,8 +230,8 @@ def polish(
 
 def _polish_together(
     space: Ritz, z: Array, force: Array, targets: Array, excess: Array, iterations: int, sketched: bool
-) -> tuple[Middle, Jump, Array]:
-    """`polish` for any number at once."""
+) -> tuple[Middle, Array]:
+    """`polish` for any number at once, without the flow."""
     state = z @ space.middle.T
     middle = middle_of(state[:, 0], state[:, 1], force)
     matrix = response(space, z, force)
@@ -245,7 +248,7 @@ def _polish_together(
     active = np.arange(len(z))
     before = step = None
     for _ in range(iterations):
-        missing, there = unmet(space, current, targets[active], excess[active], flat[active])
+        missing = unmet(space, current, targets[active], excess[active], flat[active])
         scale = np.ones((len(active), 4))
         for end in (0, 1):
             if end in space.free:
@@ -255,10 +258,6 @@ def _polish_together(
         # What rounding of small angles allows is less than rounding of angles of one radian.
         better = size < best[active]
         kept = kept.replaced(active[better], current.take(better))
-        if len(active) == len(z):
-            probe = there
-        for old, new in zip(probe, there, strict=True):
-            old[active[better]] = new[better]
         halved = size < 0.5 * best[active]
         best[active] = np.minimum(best[active], size)
         floor = np.where(flat[active], 1e-18, 2e-15)
@@ -275,7 +274,7 @@ def _polish_together(
             own = _advance_layers(space, current.take(rows), layers[active[rows]], -missing[rows])
             moved = moved.replaced(rows, own)
         current = moved
-    return kept, probe, best
+    return kept, best
 
 
 def _corrected(matrix: Array, step: Array, gained: Array, plain: np.ndarray) -> Array:

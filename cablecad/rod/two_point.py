@@ -112,7 +112,7 @@ def solution_of(
     """The solution of a cable from equilibria of its span."""
     chosen = equilibria[index]
     begin, finish = np.array(cable.start_support.position), np.array(cable.end_support.position)  # type: ignore[union-attr]
-    chord = float(np.linalg.norm(finish - begin))
+    chord = math.dist(begin, finish)
     return RodSolution(
         cable=cable,
         model="planar",
