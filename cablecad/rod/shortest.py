@@ -43,6 +43,9 @@ _CLOSE, _ROUNDS = 3e-11, 30
 """The ends of a range are narrowed to this share of the bracket they were met in, in so many rounds at most: ten or so
 where the radius jumps, five where it goes smoothly through the rule."""
 
+_NEAR = 0.02
+"""How close to where it is expected the end of a range is looked for at first, over its bracket."""
+
 _WITHIN = 17
 """Lengths tried between the beginning of a range and 5 % beyond."""
 
@@ -184,12 +187,12 @@ def _may_be_straight(cable: Cable, length: float) -> bool:
 
 def _narrow(tried: _Tried, broken: int, kept: int) -> float:
     """The end of a range, between a length that breaks the rule and one that keeps it, on that one's side [mm]."""
-    rule, near = tried.rule, 0.02
+    rule, near, missed = tried.rule, _NEAR, 0
     ends = np.array([tried.lengths[broken], tried.lengths[kept]])
     values = np.array([tried.values[broken], tried.values[kept]])
     enough = max(_CLOSE * abs(ends[1] - ends[0]), 4e-16 * ends[1])
     for _ in range(_ROUNDS):
-        smooth = values[0] > 0.0 and values[1] < math.inf
+        smooth = values[0] > 0.0 and values[1] < math.inf and missed < 2
         if smooth:
             # Where the radius, were it straight between the two, would meet the rule, and close beside.
             cross = (rule - values[0]) / (values[1] - values[0])
@@ -202,7 +205,8 @@ def _narrow(tried: _Tried, broken: int, kept: int) -> float:
         last = int(np.flatnonzero(~(radii[:-1] >= rule))[-1])
         caught = abs(every[last + 1] - every[last]) <= 2.0 * near * abs(ends[1] - ends[0])
         ends, values = every[last : last + 2], radii[last : last + 2]
-        near = max(near**2, 1e-9) if smooth and caught else 0.02
+        near = max(near**2, 1e-9) if smooth and caught else _NEAR
+        missed += smooth and not caught  # twice, and the radius jumps there
         if abs(ends[1] - ends[0]) <= enough:
             break
     return float(ends[1])

@@ -174,10 +174,11 @@ class RodSolution:
     def summary(self) -> str:
         """The shape on one line, as `cablecad solve` prints it."""
         radius = self.bend_radius_min
+        shortest = " (the shortest that keeps its rule)" if self.cable.length == "shortest" else ""
         parts = [
             f"{self.cable.name}: solved",
             f"{self.model} ({self.equilibrium.branch})",
-            f"length {self.length:.7g} mm",
+            f"length {self.length:.7g} mm{shortest}",
             f"chord {self.chord:.7g} mm",
             "no bend"
             if radius is None

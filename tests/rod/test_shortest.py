@@ -164,3 +164,10 @@ def test_an_equilibrium_that_no_length_has_is_named() -> None:
     ends = Clamp((0, 0, 0), (0, 0, 1)), Pin((0, 120, 0))
     with pytest.raises(SceneError, match="no such equilibrium was found at any length"):
         solve_rod(Cable("c", 1.0, *ends, length="shortest", min_bend_radius=20.0, equilibrium=EquilibriumKey(1, 1)))
+
+
+def test_the_summary_says_that_the_length_was_found() -> None:
+    pins = Pin((0, 0, 0)), Pin((0, 120, 0))
+    found = solve_rod(Cable("c", 1.0, *pins, length="shortest", min_bend_radius=20.0))
+    assert "(the shortest that keeps its rule), chord 120 mm" in str(found)
+    assert "shortest" not in str(solve_rod(Cable("c", 1.0, *pins, length=150.0)))
