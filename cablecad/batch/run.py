@@ -25,7 +25,7 @@ from cablecad.files import remove_leftovers
 
 _log = logging.getLogger(__name__)
 
-BLOCK = 100
+BLOCK = 250
 """Rows solved together. Numbers differ in their last digit by who was solved along, so a block is always the same rows,
 whoever works on it and however often the batch was interrupted."""
 

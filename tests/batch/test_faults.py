@@ -35,6 +35,7 @@ from variants import (
 pytest.importorskip("OCP", reason="solids need the kernel")
 
 from cablecad.batch import grid_rows, run_batch, table_rows
+from cablecad.batch.run import BLOCK
 from cablecad.batch.schedule import InlineExecutor
 from cablecad.errors import ExchangeError
 
@@ -196,11 +197,11 @@ def test_ctrl_c_and_resume(scene, undisturbed, tmp_path, process, workers):
 
 
 @pytest.mark.parametrize("workers", [0, 2])
-@pytest.mark.parametrize("lines", [0, 100])
+@pytest.mark.parametrize("lines", [0, BLOCK])
 def test_ctrl_c_and_resume_of_results_only(scene, tmp_path, process, workers, lines):
     """In the middle of a block, of which nothing is kept, and between imports and the first of them."""
-    arguments = ("batch", "--scene", CLAMPED, "--grid", "cables.W1.length=300:400:300", "--output", "none")
-    rows = grid_rows(CLAMPED, ["cables.W1.length=300:400:300"])
+    arguments = ("batch", "--scene", CLAMPED, "--grid", f"cables.W1.length=300:400:{3 * BLOCK}", "--output", "none")
+    rows = grid_rows(CLAMPED, [f"cables.W1.length=300:400:{3 * BLOCK}"])
     run_batch(rows, folder=tmp_path / "whole", output="none", workers=0)
     out = tmp_path / "out"
     batch = process(*arguments, "-o", out, "-j", workers, start_new_session=True)
@@ -211,7 +212,7 @@ def test_ctrl_c_and_resume_of_results_only(scene, tmp_path, process, workers, li
     batch.communicate()
     assert time.monotonic() - begun < 2.0
     assert batch.returncode == 130
-    assert lines_in(out) < 300
+    assert lines_in(out) < 3 * BLOCK
     assert not (out / "results.csv").exists()
     assert process(*arguments, "-o", out, "-j", workers, "--resume").wait() == 0
     assert_same(tmp_path / "whole", out)
