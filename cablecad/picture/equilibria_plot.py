@@ -28,10 +28,11 @@ _KINDS = {
     "unstable": (UNSTABLE, (0, (4.0, 2.0)), "unstable"),
 }
 
-
 DASHES = {"stable": "solid", "leaves": (0, (8.0, 1.5, 1.5, 1.5)), "unstable": (0, (3.5, 2.5))}
-WORDS = {"stable": "stable", "leaves": "stable only in its plane", "unstable": "unstable"}
-"""Of lines of the kinds of equilibria, and what these are called."""
+"""Of lines whose colours tell something else."""
+
+WORDS = {kind: words for kind, (_, _, words) in _KINDS.items()}
+"""What the kinds of equilibria are called."""
 
 
 def kind_of(equilibrium: Equilibrium) -> str:

@@ -62,7 +62,7 @@ class Spot:
 
     Attributes:
         cable: Its name.
-        number: Which it is in the scene, counted from 1.
+        number: Which it is of the cables drawn, counted from 1.
         arclength: Where along it [mm].
         bend_radius: [mm].
         position: In the scene, shape (3,) [mm].
