@@ -50,6 +50,21 @@ def test_the_rivals_sweep_and_leave_the_pipeline_as_it_was(tmp_path):
     assert len(set(sizes)) == 3
 
 
+def test_targets_of_cables_compare_each_turn_with_itself_and_take_the_median():
+    def build(method, total, share):
+        return whole.CableRow(method, 100, *[0.0] * 8, total, share, 20_000)
+
+    slow_in_turn = [1.0, 1.0, 5.0]
+    builds = {
+        name: [build(name, each * total, 40.0 + turn) for turn, each in enumerate(slow_in_turn)]
+        for name, total in zip(whole.METHODS, (3.0, 12.0, 6.0), strict=True)
+    }
+    builds[whole.OURS][0] = build(whole.OURS, 30.0, 90.0)  # disturbed alone
+    assert [target.figure for target in whole._targets(builds)] == pytest.approx([0.25, 0.5, 0.42])
+    assert [target.bound for target in whole._targets(builds)] == pytest.approx([1 / 3, 1 / 3, 0.4])
+    assert whole._middle(builds[whole.OURS]).total == 15.0
+
+
 def test_functions_are_right_where_those_of_scipy_are_not():
     rows = function_rows()
     assert all(row.right for row in rows)
@@ -82,13 +97,13 @@ def row(method, time, deviation, size, k=0.8):
     return TubeRow(k, method, "1e-06 mm", time, deviation, 10, size, True, 0.0, "")
 
 
-def test_targets_of_tubes_are_the_worst_over_the_curves_but_for_time():
+def test_targets_of_tubes_are_the_worst_over_the_curves_but_for_time_and_the_bytes_in_all():
     from cablecad.bench.tubes import SHELL, SHELL_256
 
     rows = [row(OURS, 1.0, 1e-7, 100), row(OURS, 3.0, 1e-7, 100)]
     rows += [row(SHELL, 8.0, 2e-7, 400), row(SHELL, 8.0, 5e-8, 250)]
     rows += [row(SHELL_256, 2.0, 1e-7, 100), row(SHELL_256, 2.0, 1e-7, 50)]
-    assert [target.figure for target in _targets(rows)] == [0.25, 2.0, 0.4, 1.0, 1.0, 2.0]
+    assert [target.figure for target in _targets(rows)] == [0.25, 2.0, 200 / 650, 0.4, 1.0, 1.0, 200 / 150, 2.0]
 
 
 def test_a_rival_that_fails_gets_a_row_that_says_so():
