@@ -83,7 +83,7 @@ def run(effort: Effort, tell: Tell) -> list[Table]:
     with TemporaryDirectory(prefix="cablecad-bench-") as place:
         tell("one cable")
         alone = _builds(1, Path(place), effort.count(15, 5))
-        many, turns = effort.count(100, 40), effort.count(21, 3)
+        many, turns = effort.count(100, 40), effort.count(15, 3)
         tell(f"a scene of {many} cables")
         together = _builds(many, Path(place), turns, warm=True)
         tell("starting up")
