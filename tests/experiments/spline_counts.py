@@ -19,6 +19,7 @@ from scipy.special import bernoulli
 from cablecad.bench.tubes import RADII, wave
 from cablecad.brep import fit as fitting
 from cablecad.brep import knots
+from cablecad.brep.bspline import end_orders, powers_of
 from cablecad.centreline import Centreline
 from cablecad.errors import GeometryError
 
@@ -98,6 +99,8 @@ def degrees():
         span_error = (2.0 - 0.5**degree) * abs(bernoulli(order)[order]) / math.factorial(order)
         for module in (knots, fitting):
             module.DEGREE, module.ORDER, module.SPAN_ERROR = degree, order, span_error
+        knots._END_ORDERS = np.array(end_orders(degree))
+        fitting._AT_SHARES = powers_of(fitting._SHARES, degree, 0)
         fits, texts = 0, []
 
         def count(*arguments):
