@@ -8,8 +8,9 @@ of the material are told from the faces' own parameters and orientations, so tha
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -44,6 +45,12 @@ _SAME_ANGLE = 1e-6
 _TRUE = 1e-9
 """A circle this close to a true one, as a share of its radius, is one."""
 
+_ALONG = (0.1, 0.3, 0.5, 0.7, 0.9)
+"""Where along an edge the bend of a face is looked at: that of an elbow has two signs."""
+
+_BENT = 1e-3
+"""Least curvature of a bend, over that of the edge."""
+
 _HALF_TURN = math.pi * (1.0 - 1e-4)
 
 
@@ -56,12 +63,19 @@ class Side:
         normal: Unit vector out of the material.
         is_convex: Whether the material beneath it is on the axis' side.
         is_cylinder: Whether the face is a cylinder.
+        find_bend: Finds `bend` when someone asks.
     """
 
     inward: Array
     normal: Array
     is_convex: bool
     is_cylinder: bool
+    find_bend: Callable[[], float]
+
+    @cached_property
+    def bend(self) -> float:
+        """How the face bends away from the edge all along it: +1 towards the material, -1 away from it, 0 neither."""
+        return self.find_bend()
 
 
 @dataclass(eq=False)
@@ -117,6 +131,7 @@ def round_arcs(body: int, faces: Sequence[TopoDS_Face]) -> tuple[list[Arc], list
     for face, cylinder in zip(faces, cylinders, strict=True):
         # Edges of the forward face run so that the face is on their left in its parameters.
         forward = TopoDS.Face(face.Oriented(_FORWARD))
+        surface = BRepAdaptor_Surface(forward, False)  # with the face's bounds it would go over all its edges
         for found_edge in explored(forward, _EDGE):
             edge = TopoDS.Edge(found_edge)
             if BRep_Tool.Degenerated_s(edge) or BRep_Tool.IsClosed_s(edge, forward):  # a seam bounds nothing
@@ -128,32 +143,70 @@ def round_arcs(body: int, faces: Sequence[TopoDS_Face]) -> tuple[list[Arc], list
             arc = arcs[index]
             if arc is not None:
                 arc.bounds.append(face)
-                side = _side(edge, face, forward, arc.round.centre, is_cylinder=cylinder is not None)
+                curve = BRepAdaptor_Curve2d(edge, forward)
+                side = _side(curve, edge, surface, face, arc.round, is_cylinder=cylinder is not None)
                 if side is not None:
                     arc.sides.append(side)
     return [arc for arc in arcs.values() if arc is not None], walls
 
 
 def _side(
-    edge: TopoDS_Edge, face: TopoDS_Face, forward: TopoDS_Face, centre: Array, *, is_cylinder: bool
+    curve: BRepAdaptor_Curve2d,
+    edge: TopoDS_Edge,
+    surface: BRepAdaptor_Surface,
+    face: TopoDS_Face,
+    circle: Round,
+    *,
+    is_cylinder: bool,
 ) -> Side | None:
     """How a face lies beside an edge, at the edge's middle; None where the face has no normal there."""
-    curve = BRepAdaptor_Curve2d(edge, forward)
     place, along = gp_Pnt2d(), gp_Vec2d()
     curve.D1(0.5 * (curve.FirstParameter() + curve.LastParameter()), place, along)
-    surface = BRepAdaptor_Surface(forward)
     point, du, dv = gp_Pnt(), gp_Vec(), gp_Vec()
     surface.D1(place.X(), place.Y(), point, du, dv)
     by_u, by_v = xyz(du), xyz(dv)
+    normal = outward_of(face, by_u, by_v)
+    inward = _inward(edge, along, by_u, by_v)
+    if inward is None or not normal.any():
+        return None
+
+    def find_bend() -> float:
+        return _bend(curve, edge, surface, face, circle.radius)
+
+    return Side(inward, normal, float(normal @ (xyz(point) - circle.centre)) > 0.0, is_cylinder, find_bend)
+
+
+def _inward(edge: TopoDS_Edge, along: gp_Vec2d, by_u: Array, by_v: Array) -> Array | None:
+    """The unit vector along a face away from its edge, which runs `along` the parameters; None at a singular point."""
     way = -1.0 if edge.Orientation() == _REVERSED else 1.0
     tangent = way * (along.X() * by_u + along.Y() * by_v)
     left = way * (along.X() * by_v - along.Y() * by_u)  # in the parameters, the tangent turned left
-    normal = outward_of(face, by_u, by_v)
-    if not tangent.any() or not normal.any():
+    if not tangent.any():
         return None
     tangent = unit_of(tangent)
     inward = left - (left @ tangent) * tangent
-    return Side(unit_of(inward), normal, float(normal @ (xyz(point) - centre)) > 0.0, is_cylinder)
+    return unit_of(inward) if inward.any() else None
+
+
+def _bend(
+    curve: BRepAdaptor_Curve2d, edge: TopoDS_Edge, surface: BRepAdaptor_Surface, face: TopoDS_Face, radius: float
+) -> float:
+    """`Side.bend`, by the curvatures of normal sections across the edge, whose sign must be the same all along it."""
+    first, last = curve.FirstParameter(), curve.LastParameter()
+    place, along = gp_Pnt2d(), gp_Vec2d()
+    point, du, dv, duu, dvv, duv = gp_Pnt(), *(gp_Vec() for _ in range(5))
+    signs = set()
+    for share in _ALONG:
+        curve.D1(first + share * (last - first), place, along)
+        surface.D2(place.X(), place.Y(), point, du, dv, duu, dvv, duv)
+        by_u, by_v = xyz(du), xyz(dv)
+        normal, inward = outward_of(face, by_u, by_v), _inward(edge, along, by_u, by_v)
+        if inward is None or not normal.any():
+            return 0.0
+        a, b = np.linalg.lstsq(np.stack([by_u, by_v], axis=1), inward, rcond=None)[0].tolist()
+        section = -float((a * a * xyz(duu) + 2.0 * a * b * xyz(duv) + b * b * xyz(dvv)) @ normal)
+        signs.add(math.copysign(1.0, section) if abs(section) * radius > _BENT else 0.0)
+    return signs.pop() if len(signs) == 1 else 0.0
 
 
 def outward_of(face: TopoDS_Face, by_u: Array, by_v: Array) -> Array:
@@ -161,7 +214,8 @@ def outward_of(face: TopoDS_Face, by_u: Array, by_v: Array) -> Array:
 
     An axis of the surface would not do: it does not tell right-handed parameters from left-handed ones.
     """
-    normal = np.cross(by_u, by_v)
+    (x, y, z), (a, b, c) = by_u.tolist(), by_v.tolist()  # np.cross takes many times as long
+    normal = np.array([y * c - z * b, z * a - x * c, x * b - y * a])
     if face.Orientation() == _REVERSED:
         normal = -normal
     if face.Location().Transformation().IsNegative():

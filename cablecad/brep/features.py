@@ -3,10 +3,11 @@
 A feature's port is its centre and its axis out of the material:
 
 * a circular edge: the circle's centre, and of the two ways along its axis the one that leads away from the material
-  beside the edge: out of a hole at its mouth and at its bottom, off a boss at its top. Where both are as free, as at
-  the inner rim of a rounded mouth, it is the way out of the cylinder the edge ends;
-* a cylindrical face: the middle of its axis; out of the open end of a blind hole, off the free end of a boss, and where
-  both ends are open to the end that is nearer to the point that was given;
+  beside the edge: out of a hole at its mouth and at its bottom, off a boss at its top. Where both are as free, for the
+  faces meet without a corner, their bend decides: at the inner rim of a rounded mouth it is the way out of the cylinder
+  the edge ends, and back through it where a rounded floor begins;
+* a cylindrical face: the middle of its axis; out of the open end of a blind hole, off the free end of a boss, where
+  both ends are open to the end that is nearer to the point that was given, and where both are closed neither;
 * a plane face: the middle of its area (of its circle, if one circle bounds it), and its normal out of the material.
 
 Arcs of less than half a turn are no features (they are fillets), nor is the foot of a boss, which leads into it.
@@ -16,14 +17,25 @@ Circles, cylinders and planes written as splines are seen too (`rounds`).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
-from cablecad.brep.arcs import SAME_PLACE, Arc, bodies, circles, cylinders, explored, outward_of, round_arcs, unit_of
+from cablecad.brep.arcs import (
+    SAME_PLACE,
+    Arc,
+    Side,
+    bodies,
+    circles,
+    cylinders,
+    explored,
+    outward_of,
+    round_arcs,
+    unit_of,
+)
 from cablecad.brep.kernel import occ_errors, silence
 
 # isort: split
@@ -51,6 +63,11 @@ _FLAT = 0.999
 _BESIDE = 1e-4
 """A direction this close to a face [rad] runs along it: fillets meet their neighbours no better in many files."""
 
+_DEEP = 8.0
+"""The bottom of a hole is at most so many radii behind its wall: that of a cone of 14 degrees."""
+
+_REMEDY = "give the end by position and outward"
+
 _AREA_TOLERANCE = 1e-9
 """Relative tolerance of Open Cascade's adaptive integration; without one a middle is off by 2e-7 mm and more."""
 
@@ -63,7 +80,7 @@ class Feature:
         kind: What it is.
         position: Its centre, shape (3,) [mm].
         axis: Unit vector, shape (3,).
-        find_ways: Tells `ways`, or finds it when someone asks, which takes time for a cylinder.
+        find_ways: Tells `ways`, or finds it when someone asks, which takes time for a cylinder; Open Cascade may fail.
         radius: [mm]; None for a plane face.
         extent: Length of a cylinder [mm], else 0.
         shapes: The edges or faces it is made of.
@@ -81,28 +98,42 @@ class Feature:
 
     @cached_property
     def ways(self) -> tuple[int, ...]:
-        """Out of the material along the axis: +1, -1, or both where it cannot be told or both ends are open."""
-        return self.find_ways() if callable(self.find_ways) else self.find_ways
+        """Out of the material along the axis: +1, -1, both where it cannot be told or both ends are open, or none.
+
+        Raises:
+            GeometryError: Open Cascade failed.
+        """
+        if not callable(self.find_ways):
+            return self.find_ways
+        with silence(), occ_errors(GeometryError, "looking for the open end of a cylinder", _REMEDY):
+            return self.find_ways()
 
 
-def find_features(shape: TopoDS_Shape) -> list[Feature]:
+def find_features(shape: TopoDS_Shape, kinds: Collection[Kind] = get_args(Kind)) -> list[Feature]:
     """Every feature of a shape: edges first, then cylinders, then planes.
+
+    Args:
+        shape: A part, all its bodies placed.
+        kinds: Of the features that are wanted; planes take the most time.
 
     Raises:
         GeometryError: Open Cascade failed.
     """
-    remedy = "give the end by position and outward"
-    with silence(), occ_errors(GeometryError, "looking for features of a part", remedy):
+    with silence(), occ_errors(GeometryError, "looking for features of a part", _REMEDY):
         every = list(bodies(shape))
         found = [round_arcs(body, faces) for body, faces in enumerate(every)]
         edges = [arc for arcs, _ in found for arc in arcs]
         walls = [arc for _, arcs in found for arc in arcs]
         material = _Material(shape)
-        return [
-            *(feature for whole, group in circles(edges) if (feature := _edge_feature(whole, group)) is not None),
-            *(_cylinder_feature(whole, group, material) for whole, group in cylinders(walls)),
-            *(plane for faces in every for plane in _planes(faces)),
-        ]
+        features: list[Feature] = []
+        if "circular edge" in kinds:
+            rims = (_edge_feature(whole, group) for whole, group in circles(edges))
+            features += (rim for rim in rims if rim is not None)
+        if "cylindrical face" in kinds:
+            features += (_cylinder_feature(whole, group, edges, material) for whole, group in cylinders(walls))
+        if "plane face" in kinds:
+            features += (plane for faces in every for plane in _planes(faces))
+        return features
 
 
 def _planes(faces: Sequence[TopoDS_Face]) -> Iterator[Feature]:
@@ -145,7 +176,9 @@ def _edge_feature(circle: Round, group: list[Arc]) -> Feature | None:
     if free[1] != free[-1]:
         ways = (1,) if free[1] > free[-1] else (-1,)
     else:
-        walls = {int(-np.sign(side.inward @ circle.axis)) for side in sides if side.is_cylinder}
+        if any(_is_smooth_foot(arc) for arc in group):
+            return None
+        walls = {way for arc in group for way in _ways_past_walls(arc, circle.axis)}
         # A disc in no solid has its edge in the open on both sides; its normal tells which one is meant.
         tops = {int(np.sign(side.normal @ circle.axis)) for side in sides if abs(side.normal @ circle.axis) > _FLAT}
         if len(walls or tops) == 1 and 0 not in walls:
@@ -154,6 +187,24 @@ def _edge_feature(circle: Round, group: list[Arc]) -> Feature | None:
         return None
     shapes, bounds = tuple(arc.shape for arc in group), tuple(face for arc in group for face in arc.bounds)
     return Feature("circular edge", circle.centre, circle.axis, ways, circle.radius, 0.0, shapes, bounds)
+
+
+def _ways_past_walls(arc: Arc, axis: Array) -> Iterator[int]:
+    """Out of each cylinder that ends at an edge without a corner; back through it where a hole's floor begins there."""
+    for side in arc.sides:
+        if side.is_cylinder:
+            is_floor = not side.is_convex and _bend_beside(arc, side) < 0.0
+            yield int(np.sign(side.inward @ axis) * (1 if is_floor else -1))
+
+
+def _is_smooth_foot(arc: Arc) -> bool:
+    """Whether a boss widens at its end without a corner, into what it stands on."""
+    return any(side.is_cylinder and side.is_convex and _bend_beside(arc, side) < 0.0 for side in arc.sides)
+
+
+def _bend_beside(arc: Arc, wall: Side) -> float:
+    """How the face beyond the edge of a wall bends, where they meet without a corner."""
+    return next((side.bend for side in arc.sides if side is not wall and side.normal @ wall.normal > _FLAT), 0.0)
 
 
 def _freedom(arc: Arc, way: Array) -> float:
@@ -179,7 +230,7 @@ def _material_angle(arc: Arc) -> float:
 def _is_foot(arc: Arc, way: Array) -> bool:
     """Whether the edge is an inner corner from which a boss rises along the way, so that the way leads into it."""
     rises = any(side.is_convex and float(side.inward @ way) > _BESIDE for side in arc.sides)
-    return rises and len(arc.sides) == 2 and _material_angle(arc) > math.pi
+    return rises and len(arc.sides) == 2 and _material_angle(arc) > math.pi + _BESIDE
 
 
 def _angle(start: Array, end: Array, about: Array) -> float:
@@ -216,14 +267,27 @@ class _Material:
         return bool(self._crossing.NbPnt())
 
 
-def _cylinder_feature(whole: Round, group: list[Arc], material: _Material) -> Feature:
+def _cylinder_feature(whole: Round, group: list[Arc], edges: Sequence[Arc], material: _Material) -> Feature:
+    shapes = tuple(arc.shape for arc in group)
+
     def find_ways() -> tuple[int, ...]:
         is_hole = group[0].is_hole
         ways = tuple(way for way in (1, -1) if _is_open(whole, way * whole.axis, material, is_hole=is_hole))
-        return ways or (1, -1)
+        if ways or is_hole:
+            return ways
+        # A boss whose top is round, or that bears a thinner one: what is not its foot is its end.
+        feet = {way for way in (1, -1) if _stands(whole, way, shapes, edges)}
+        return tuple(way for way in (1, -1) if way not in feet) if len(feet) == 1 else ()
 
-    shapes = tuple(arc.shape for arc in group)
     return Feature("cylindrical face", whole.centre, whole.axis, find_ways, whole.radius, whole.length, shapes)
+
+
+def _stands(boss: Round, way: int, walls: Sequence[TopoDS_Shape], edges: Sequence[Arc]) -> bool:
+    """Whether a boss stands on something at one of its ends."""
+    out = way * boss.axis
+    at_end = [arc for arc in edges if float((arc.round.centre - boss.centre) @ out) > 0.0]
+    ends = [arc for arc in at_end if any(wall.IsSame(face) for wall in walls for face in arc.bounds)]
+    return any(_is_smooth_foot(arc) or _is_foot(arc, -out) for arc in ends)
 
 
 def _is_open(whole: Round, out: Array, material: _Material, *, is_hole: bool) -> bool:
@@ -232,10 +296,19 @@ def _is_open(whole: Round, out: Array, material: _Material, *, is_hole: bool) ->
     little = 0.01 * whole.radius
     if material.holds(end + little * out):
         return False
-    # A drilled hole ends in a cone, 0.3 to 0.6 radii deep. Beside the axis, for the cone's tip is no place to hit.
-    across = np.cross(out, np.eye(3)[int(np.argmin(np.abs(out)))])
-    beside = end - little * out + 0.1 * whole.radius * unit_of(across)
-    return not is_hole or not material.crosses(beside, out, whole.radius)
+    if not is_hole:
+        return True
+    # Beside the axis, for the tip of a cone is no place to hit. A drilled hole ends in one, 0.3 to 0.6 radii deep.
+    across = unit_of(np.cross(out, np.eye(3)[int(np.argmin(np.abs(out)))]))
+    beside = end - little * out + 0.1 * whole.radius * across
+    if material.crosses(beside, out, whole.radius):
+        return False
+    if not material.crosses(beside, out, _DEEP * whole.radius):
+        return True
+    # Deeper bottoms narrow all around from the end of the wall on, while another wall across a gap leaves it open.
+    other = np.cross(out, across)
+    ways = (across, other, -across, -other)
+    return not all(material.crosses(end + 5.0 * little * out, way, whole.radius) for way in ways)
 
 
 # --- single values ------------------------------------------------------------------------------------------------

@@ -178,12 +178,15 @@ def _distance(vertex: TopoDS_Shape, shape: TopoDS_Shape) -> float:
 
 
 def _ways(feature: Feature, near: Vector) -> tuple[int, ...]:
-    """Out of the material; of a cylinder that is open at both ends towards the end that is nearer to the point."""
+    """Out of the material; of a cylinder that is open at both ends towards the end that is nearer to the point.
+
+    Of one that is closed at both ends neither is better, and both are candidates.
+    """
     if feature.kind == "cylindrical face" and len(feature.ways) > 1:
         along = float((np.array(near) - feature.position) @ feature.axis)
         if abs(along) > _MIDDLE * feature.extent:
             return (1,) if along > 0.0 else (-1,)
-    return feature.ways
+    return feature.ways or (1, -1)
 
 
 def _same(port: FoundPort, position: Array, outward: Vector) -> bool:
@@ -200,12 +203,15 @@ def _vector(array: Array) -> Vector:
 # --- features that were selected in a script ----------------------------------------------------------------------
 
 
-def edge_port(edge: TopoDS_Shape, body: TopoDS_Shape | None = None) -> tuple[Vector, Vector]:
+def edge_port(
+    edge: TopoDS_Shape, body: TopoDS_Shape | None = None, features: Sequence[Feature] | None = None
+) -> tuple[Vector, Vector]:
     """Centre and axis of a circular edge, the axis out of the material.
 
     Args:
         edge: On a circle.
         body: What it is an edge of, whole; without it the circle's own axis is taken.
+        features: Of the body, where they were found before.
 
     Raises:
         GeometryError: The edge is on no circle, or both ways along its axis are free.
@@ -219,7 +225,7 @@ def edge_port(edge: TopoDS_Shape, body: TopoDS_Shape | None = None) -> tuple[Vec
         )
     if body is None:
         return _vector(own.centre), _vector(own.axis)
-    for feature in find_features(body):
+    for feature in find_features(body, ["circular edge"]) if features is None else features:
         if feature.kind == "circular edge" and any(shape.IsSame(edge) for shape in feature.shapes):
             return _only_port(feature)
     raise GeometryError(
@@ -227,17 +233,21 @@ def edge_port(edge: TopoDS_Shape, body: TopoDS_Shape | None = None) -> tuple[Vec
     )
 
 
-def face_port(face: TopoDS_Shape, body: TopoDS_Shape | None = None) -> tuple[Vector, Vector]:
+def face_port(
+    face: TopoDS_Shape, body: TopoDS_Shape | None = None, features: Sequence[Feature] | None = None
+) -> tuple[Vector, Vector]:
     """Middle and normal of a plane face, or middle and axis of a cylindrical one, out of the material.
 
     Args:
         face: Plane or cylindrical.
         body: What it is a face of, whole; the open end of a cylinder can be told only with it.
+        features: Of the body, where they were found before.
 
     Raises:
         GeometryError: The face is of another kind, or a cylinder that is open at both ends.
     """
-    for feature in find_features(face if body is None else body):
+    whole = face if body is None else body
+    for feature in find_features(whole, ["cylindrical face", "plane face"]) if features is None else features:
         if feature.kind != "circular edge" and any(shape.IsSame(face) for shape in feature.shapes):
             return _only_port(feature)
     raise GeometryError(
@@ -247,9 +257,11 @@ def face_port(face: TopoDS_Shape, body: TopoDS_Shape | None = None) -> tuple[Vec
 
 
 def _only_port(feature: Feature) -> tuple[Vector, Vector]:
-    if len(feature.ways) > 1:
+    if len(feature.ways) != 1:
+        state = "open" if feature.ways else "closed"
         raise GeometryError(
-            f"the {feature.kind} at {_shown(_vector(feature.position))} is open on both sides, so its axis may point "
-            "either way; select the circular edge of the mouth that is meant, or give the end by position and axis"
+            f"the {feature.kind} at {_shown(_vector(feature.position))} is {state} on both sides, so its axis may "
+            "point either way; select the circular edge of the mouth that is meant, or give the end by position and "
+            "axis"
         )
     return _vector(feature.position), _vector(feature.ways[0] * feature.axis)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from functools import cache, partial
 
@@ -117,6 +118,54 @@ def rounded():
     return chamfer.Shape()
 
 
+def fillet(shape, z, radius, by):
+    rounding = BRepFilletAPI_MakeFillet(shape)
+    rounding.Add(by, rim(shape, z, radius))
+    return rounding.Shape()
+
+
+def smooth():
+    """Holes that end in a ball, in a cone of 60 degrees and in a floor with a rounded corner; a boss with a round foot
+    and one with a round top."""
+    deep = BRepPrimAPI_MakeBox(gp_Pnt(-60, -20, 0), gp_Pnt(60, 20, 20)).Shape()
+    ball = fuse(cylinder(-40, 0, 10, 4, 15), BRepPrimAPI_MakeSphere(gp_Pnt(-40, 0, 10), 4).Shape())
+    cone = BRepPrimAPI_MakeCone(axes(-20, 0, 10, DOWN), 4.0, 0.0, 4.0 * math.sqrt(3.0)).Shape()
+    part = cut(deep, ball, cone, cylinder(-20, 0, 10, 4, 15), cylinder(0, 0, 8, 4.5, 15))
+    part = fuse(part, cylinder(20, 0, 19, 5, 11), cylinder(45, 0, 19, 6, 11))
+    part = fuse(part, BRepPrimAPI_MakeSphere(gp_Pnt(45, 0, 30), 6).Shape())
+    return fillet(fillet(part, 8, 4.5, 2), 20, 5, 2)
+
+
+def hollow():
+    """A block with a cavity of radius 4 that is closed all around."""
+    return cut(block(), cylinder(0, 0, 3, 4, 5))
+
+
+def stepped():
+    """A shaft along z: a flange of radius 8, a step of radius 5 and a thinner one of 3; and a hole that narrows."""
+    shaft = fuse(cylinder(0, 0, 0, 8, 2), cylinder(0, 0, 2, 5, 6), cylinder(0, 0, 8, 3, 10))
+    wide = cut(block(), cylinder(20, 0, -1, 2, 12), cylinder(20, 0, 6, 4, 5))
+    return fuse(shaft, wide.Moved(TopLoc_Location(moving(0, 40, 0))))
+
+
+def elbow():
+    """A bent pipe of radii 5 and 4: 20 mm up along z, around a quarter, 20 mm along x."""
+
+    def bent(radius):
+        quarter = BRepPrimAPI_MakeTorus(
+            gp_Ax2(gp_Pnt(15, 0, 20), gp_Dir(0, 1, 0), gp_Dir(-1, 0, 0)), 15, radius, math.pi / 2
+        )
+        return fuse(cylinder(0, 0, 0, radius, 20), quarter.Shape(), cylinder(15, 0, 35, radius, 20, (1, 0, 0)))
+
+    return cut(bent(5.0), bent(4.0))
+
+
+def moving(x, y, z):
+    trsf = gp_Trsf()
+    trsf.SetTranslation(gp_Vec(x, y, z))
+    return trsf
+
+
 def in_halves(parts=2):
     """A plate with a hole whose circle is written as several arcs, and so its wall as several faces."""
     whole = [gp_Pnt(-10, -10, 0), gp_Pnt(10, -10, 0), gp_Pnt(10, 10, 0), gp_Pnt(-10, 10, 0)]
@@ -194,6 +243,20 @@ FOUND = {
     "a hole in the left wall of a channel, outside": (channel, (-30, 0, 6), ("edge", (-30, 0, 6), (-1, 0, 0), 2)),
     "the same, inside": (channel, (-20, 0, 6), ("edge", (-20, 0, 6), (1, 0, 0), 2)),
     "the same, its wall": (channel, (-27, 2, 6), ("cylinder", (-25, 0, 6), (-1, 0, 0), 2)),
+    "where a ball ends a hole": (smooth, (-36, 0, 10), ("edge", (-40, 0, 10), UP, 4)),
+    "wall of a hole that ends in a ball": (smooth, (-36, 0, 11), ("cylinder", (-40, 0, 15), UP, 4)),
+    "wall of a hole that ends in a steep cone": (smooth, (-16, 0, 12), ("cylinder", (-20, 0, 15), UP, 4)),
+    "where a rounded floor begins": (smooth, (4.5, 0, 10), ("edge", (0, 0, 10), UP, 4.5)),
+    "wall above a rounded floor": (smooth, (4.5, 0, 11.5), ("cylinder", (0, 0, 15), UP, 4.5)),
+    "side of a boss with a rounded foot": (smooth, (25, 0, 23), ("cylinder", (20, 0, 26), UP, 5)),
+    "top of a boss with a rounded foot": (smooth, (25, 0, 30), ("edge", (20, 0, 30), UP, 5)),
+    "side of a boss with a round top": (smooth, (51, 0, 21), ("cylinder", (45, 0, 25), UP, 6)),
+    "where a round top begins": (smooth, (51, 0, 30), ("edge", (45, 0, 30), UP, 6)),
+    "a step of a shaft, near its flange": (stepped, (5, 0, 3), ("cylinder", (0, 0, 5), UP, 5)),
+    "its thinner step": (stepped, (3, 0, 10), ("cylinder", (0, 0, 13), UP, 3)),
+    "its narrow part, near its mouth": (stepped, (22, 40, 1), ("cylinder", (20, 40, 3), DOWN, 2)),
+    "mouth of a bent pipe": (elbow, (0, 0, 0), ("edge", (0, 0, 0), DOWN, None)),
+    "its inside, near that mouth": (elbow, (4, 0, 3), ("cylinder", (0, 0, 10), DOWN, 4)),
 }
 
 KINDS = {"edge": "circular edge", "cylinder": "cylindrical face", "plane": "plane face"}
@@ -326,6 +389,13 @@ REFUSED = {
         "2 ports are as near, in the part's own coordinates: plane face at [0, 0, 0]",
         "at [0, 0, 10]",
     ),
+    "the wall of a closed cavity": (
+        hollow,
+        (4, 0, 4.5),
+        "2 ports are as near",
+        "cylindrical face of radius 4 mm at [0, 0, 5.5], outward [0, 0, 1]",
+        "outward [0, 0, -1]",
+    ),
     "far away": (block, (0, 0, 500), "is 490 mm away from every feature", "in the part's own coordinates"),
     "a ball": (lambda: BRepPrimAPI_MakeSphere(5).Shape(), (0, 0, 5), "the part has no circular edge, cylindrical or"),
     "a ring": (lambda: BRepPrimAPI_MakeTorus(10, 2).Shape(), (0, 0, 0), "the part has no circular edge"),
@@ -362,6 +432,10 @@ def test_fillets_and_corners_are_no_features():
 def test_the_foot_of_a_boss_is_no_feature():
     heights = [feature.position[2] for feature in find_features(bossed()) if feature.kind == "circular edge"]
     assert sorted(np.round(heights, 9)) == [10.0, 16.0, 16.0, 18.0]  # the tube's floor, both its rims, the boss's top
+    rims = [
+        (f.radius, f.position[2]) for f in find_features(smooth()) if f.kind == "circular edge" and f.position[0] > 5
+    ]
+    np.testing.assert_allclose(sorted(rims), [(5, 30), (6, 30), (7, 20)], atol=1e-9)  # of the fillet only its outer rim
 
 
 def test_selected_edges_and_faces():
@@ -374,6 +448,21 @@ def test_selected_edges_and_faces():
     assert outward == UP
     with pytest.raises(GeometryError, match="open on both sides"):
         face_port(walls[3.0], shape)
+
+
+def test_a_cylinder_closed_at_both_ends_has_no_axis():
+    shape = hollow()
+    cavity = next(feature for feature in find_features(shape) if feature.kind == "cylindrical face")
+    assert cavity.ways == ()
+    with pytest.raises(GeometryError, match="closed on both sides"):
+        face_port(cavity.shapes[0], shape)
+
+
+def test_what_open_cascade_fails_at_is_a_geometry_error_also_later():
+    feature = find_features(block())[0]
+    later = dataclasses.replace(feature, find_ways=lambda: (int(gp_Dir(0, 0, 0).X()),))
+    with pytest.raises(GeometryError, match="open end of a cylinder"):
+        later.ways  # noqa: B018
 
 
 def test_a_circle_by_itself_has_its_own_axis():
