@@ -17,9 +17,9 @@ import numpy as np
 from cablecad.centreline import Array, Centreline, Placement
 from cablecad.errors import Mistake, SceneError, SolveError
 from cablecad.model import PINNED_DATA, Cable, Pin, Toward
-from cablecad.rod.arch import Pinned, solve_pinned
 from cablecad.rod.elastica import Inflexional
 from cablecad.rod.elliptic import jacobi
+from cablecad.rod.pinned_data import Pinned, solve_pinned
 from cablecad.rod.plane import bulge_direction, unit_vector
 from cablecad.rod.solution import EndState, Equilibrium, RodSolution, Shape, choose
 from cablecad.rod.stability import Stability, stability

@@ -18,7 +18,7 @@ import numpy as np
 from cablecad.centreline import Array
 from cablecad.errors import InfeasibleError, Mistake, NotPlanarError, SceneError
 from cablecad.model import Cable, EquilibriumKey
-from cablecad.rod.arch import solve_pinned
+from cablecad.rod.pinned_data import solve_pinned
 from cablecad.rod.planar import solve_planar
 from cablecad.rod.plane import unit_vector
 from cablecad.rod.select import select_model

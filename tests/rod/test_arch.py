@@ -13,7 +13,9 @@ from oracle import PinnedOracle
 
 from cablecad.errors import InfeasibleError, SceneError
 from cablecad.model import Cable, Pin
-from cablecad.rod.arch import FIGURE_EIGHT, HIGHEST, WIDEST_BEND, Arch, solve_pinned
+from cablecad.rod import pinned_data
+from cablecad.rod.arch import FIGURE_EIGHT, HIGHEST, WIDEST_BEND, Arch
+from cablecad.rod.pinned_data import solve_pinned
 from cablecad.rod.solve import solve_rod
 
 PAIRS = [
@@ -130,6 +132,54 @@ def test_greatest_rise_is_met_at_its_maximum() -> None:
 def test_out_of_reach(data: dict[str, float], words: str) -> None:
     with pytest.raises(InfeasibleError, match=words):
         solve_pinned(data, EI=48883.18168985724)
+
+
+LIMITS = {
+    # a limit of two data that no cable attains, the first of them and what the message says
+    ("rise", "bend_radius"): (lambda bend_radius: 4.0 * bend_radius, "less than 4 of its bend_radius"),
+    ("rise", "force"): (lambda force: 2.0 * math.sqrt(40000.0 / force), r"less than 2 of its sqrt\(EI / force\)"),
+    ("bend_radius", "force"): (
+        lambda force: 0.5 * math.sqrt(40000.0 / force),
+        r"more than 0.5 of its sqrt\(EI / force\)",
+    ),
+}
+
+
+@pytest.mark.parametrize("pair", LIMITS)
+@pytest.mark.parametrize("second", [0.25, 2.5, 10.0, 25.0, 100.0, 1600.0, 3.7, 1e-3])
+def test_a_limit_that_no_cable_attains_is_refused(pair: tuple[str, str], second: float) -> None:
+    limit, words = LIMITS[pair]
+    at = limit(second)
+    impossible = 1.0 if pair[0] == "rise" else -1.0
+    for value in (at, math.nextafter(at, impossible * math.inf), at * (1.0 + impossible * 1e-9)):
+        with pytest.raises(InfeasibleError, match=words):
+            solve_pinned({pair[0]: value, pair[1]: second}, EI=40000.0)
+    inside = {pair[0]: at * (1.0 - impossible * 1e-9), pair[1]: second}
+    solved = solve_pinned(inside, EI=40000.0)
+    assert math.degrees(solved.arch.angle) > 179.9
+    for key, value in inside.items():
+        assert solved.datum(key, EI=40000.0) == pytest.approx(value, rel=1e-12)
+
+
+@given(st.sampled_from(list(LIMITS)), st.floats(-3.0, 3.0), st.integers(-40, 40))
+@settings(max_examples=200, deadline=None)
+def test_near_a_limit_data_are_met_or_refused(pair: tuple[str, str], log_second: float, ulps: int) -> None:
+    second = 10.0**log_second
+    first = LIMITS[pair][0](second)
+    data = {pair[0]: first + ulps * math.ulp(first), pair[1]: second}
+    try:
+        solved = solve_pinned(data, EI=40000.0)
+    except InfeasibleError:
+        assert ulps >= -2 if pair[0] == "rise" else ulps <= 2
+    else:
+        for key, value in data.items():
+            assert solved.datum(key, EI=40000.0) == pytest.approx(value, rel=1e-12)
+
+
+def test_an_arch_that_does_not_meet_its_data_is_never_an_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pinned_data, "arches", lambda _data, _EI: [Arch.at(-300.0)])
+    with pytest.raises(InfeasibleError, match="no cable pinned at both ends has both"):
+        solve_pinned({"length": 350.0, "bend_radius": 100.0})
 
 
 def test_contradiction_names_the_consistent_value() -> None:

@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 
 from cablecad.model import Cable, Pin, Toward
-from cablecad.rod.arch import FIGURE_EIGHT, HIGHEST, solve_pinned
+from cablecad.rod.arch import FIGURE_EIGHT, HIGHEST
+from cablecad.rod.pinned_data import solve_pinned
 from cablecad.rod.solve import solve_rod
 
 TABLE = json.loads((Path(__file__).parents[1] / "data" / "pinned_reference.json").read_text())
