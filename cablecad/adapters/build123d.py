@@ -174,7 +174,11 @@ def port(end: Any, location: b3d.Location | None = None) -> Any:
         GeometryError: A face or edge without an axis, or with one that may point either way.
     """
     found = _end(end, "end")
-    return found if location is None else seen_from(found, location.wrapped.Transformation())
+    if location is None:
+        return found
+    if not isinstance(location, b3d.Location):
+        raise UsageError(f"a part is placed by a Location, not by a {type(location).__name__}")
+    return seen_from(found, location.wrapped.Transformation())
 
 
 def _own_frame(value: Any) -> b3d.Location | None:

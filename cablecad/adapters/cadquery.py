@@ -32,12 +32,11 @@ except ModuleNotFoundError as error:
         raise
     raise MissingDependencyError("CadQuery is not installed: pip install cadquery") from error
 
-from cablecad.adapters.ends import End, asked_cable, held, keep_straight, known_end, seen_from
+from cablecad.adapters.cadquery_ends import end_of, frame_of_end, selected_ends
+from cablecad.adapters.ends import asked_cable, held, keep_straight, seen_from
 from cablecad.adapters.results import CableResults, Results
 from cablecad.brep.document import Color, Node, frame_of, part_frame
-from cablecad.brep.kernel import subshapes
-from cablecad.brep.ports import edge_port, face_port
-from cablecad.model import SHAPE_TOLERANCE, Pin, Port, Scene, port_of_frame
+from cablecad.model import SHAPE_TOLERANCE, Scene
 from cablecad.pipeline import Built, build, make_scene
 from cablecad.scene import load_scene
 
@@ -69,12 +68,14 @@ class CableSolid(CableResults, cq.Solid):
             CablecadError: As `cablecad.RodSolution.moved` and `cablecad.build`.
         """
         if start is None and end is None and length is None:
-            return self._keeping(super().moved(*args, **kwargs))
+            found = super().moved(*args, **kwargs)
+            # By a list of one location or a vertex CadQuery makes a solid of its own class.
+            return self._keeping(CableSolid(found.wrapped) if type(found) is cq.Solid else found)
         if args or kwargs:
             raise UsageError("moved() moves the cable as a whole or its ends, not both; call it twice")
         asked = self.cable
         ends = [
-            None if new is None else keep_straight(_end(new, key), old)
+            None if new is None else keep_straight(end_of(new, key), old)
             for key, new, old in (("start", start, asked.start), ("end", end, asked.end))
         ]
         placement = self._placement()
@@ -88,6 +89,10 @@ class CableSolid(CableResults, cq.Solid):
     def copy(self, mesh: bool = False) -> Any:
         """As `cq.Shape.copy`."""
         return self._keeping(super().copy(mesh))
+
+    def clean(self) -> Any:
+        """As `cq.Shape.clean`; of a cable nothing is superfluous."""
+        return self._keeping(super().clean())
 
     def translate(self, vector: Any) -> Any:
         """As `cq.Shape.translate`; by its location, so that the results keep their frame."""
@@ -147,7 +152,7 @@ def cable(
         UsageError: An end that is none, or a field there is not.
         CablecadError: As `cablecad.build`.
     """
-    ends = held(_end(start, "start"), start_straight, "start"), held(_end(end, "end"), end_straight, "end")
+    ends = held(end_of(start, "start"), start_straight, "start"), held(end_of(end, "end"), end_straight, "end")
     asked = asked_cable(name, *ends, diameter, data)
     return _solid(Results(build(asked, tolerance=tolerance), tolerance))
 
@@ -155,10 +160,14 @@ def cable(
 def cable_from(end: Any, *, name: str = "cable", **data: Any) -> Callable[[Any], Any]:
     """Make a factory of cables to one end, for `Workplane.invoke` and `Workplane.eachpoint`.
 
-    With `invoke` a cable starts at each face, edge, vertex or point that is selected, and the cables become the new
-    selection; with `eachpoint` at each point, along the plane's normal::
+    With `invoke` a cable starts at each face, edge, vertex or point that is selected, points along the plane's normal,
+    and the cables become the new selection::
 
         plate.faces(">Z").edges("%CIRCLE").invoke(cable_from(cq.Location((0, 120, 4)), diameter=4, length=350))
+
+    With `eachpoint` it starts at each point too, but `end` is then seen as the points are: with
+    `useLocalCoordinates=True` in the plane's coordinates, which are those of the cables' numbers too; without it
+    CadQuery puts points where they belong only on planes parallel to the XY plane.
 
     Args:
         end: An end as for `cable`, or a function from the start's `cq.Location` to one.
@@ -173,8 +182,8 @@ def cable_from(end: Any, *, name: str = "cable", **data: Any) -> Callable[[Any],
         if not isinstance(start, cq.Workplane):
             return cable(start, end(start) if callable(end) else end, name=name, **data)
         solids = []
-        for i, begin in enumerate(_selected(start), 1):
-            finish = end(_frame(begin)) if callable(end) else end
+        for i, begin in enumerate(selected_ends(start), 1):
+            finish = end(frame_of_end(begin)) if callable(end) else end
             solids.append(cable(begin, finish, name=name if i == 1 else f"{name} {i}", **data))
         return start.newObject(solids)
 
@@ -195,8 +204,12 @@ def port(end: Any, location: cq.Location | None = None) -> Any:
         UsageError: The object stands for no end.
         GeometryError: A face or edge without an axis, or with one that may point either way.
     """
-    found = _end(end, "end")
-    return found if location is None else seen_from(found, location.wrapped.Transformation())
+    found = end_of(end, "end")
+    if location is None:
+        return found
+    if not isinstance(location, cq.Location):
+        raise UsageError(f"a part is placed by a cq.Location, not by a {type(location).__name__}")
+    return seen_from(found, location.wrapped.Transformation())
 
 
 def as_solid(built: Built, *, tolerance: float = SHAPE_TOLERANCE) -> CableSolid:
@@ -205,33 +218,43 @@ def as_solid(built: Built, *, tolerance: float = SHAPE_TOLERANCE) -> CableSolid:
     Args:
         built: The cable.
         tolerance: For when it is solved again [mm].
+
+    Raises:
+        UsageError: It was not built by `cablecad.build`.
     """
+    if not isinstance(built, Built):
+        raise UsageError(f"a {type(built).__name__} is no cable that cablecad.build() returned")
     return _solid(Results(built, tolerance))
 
 
-def add_to(assembly: cq.Assembly, *cables: CableSolid | Built, **where: Any) -> cq.Assembly:
+def add_to(assembly: cq.Assembly, *cables: CableSolid | Built, loc: cq.Location | None = None) -> cq.Assembly:
     """Add cables to an assembly, each with its name and colour, and its report in `metadata["cablecad"]`.
 
     Args:
         assembly: To add to.
         cables: Of this module, or as built by `cablecad.build`.
-        where: `loc`, as for `cq.Assembly.add`.
+        loc: Where they are in the assembly, as for `cq.Assembly.add`.
 
     Returns:
         The assembly.
 
     Raises:
-        UsageError: The assembly has something of that name already.
+        UsageError: The assembly, or another of the cables, has a cable's name already; nothing is added then.
     """
+    if not isinstance(assembly, cq.Assembly):
+        raise UsageError(f"a {type(assembly).__name__} is no cq.Assembly to add cables to")
+    taken, solids = set(assembly.objects), []
     for one in cables:
         solid = as_solid(one) if isinstance(one, Built) else one
         if not isinstance(solid, CableSolid):
             raise UsageError(f"a {type(one).__name__} is no cable of cablecad: add it with assembly.add()")
-        asked = solid.cable
-        if asked.name in assembly.objects:
-            raise UsageError(f"the assembly has a {asked.name!r} already; give the cable another name")
-        metadata = {"cablecad": solid.report}
-        assembly.add(solid, name=asked.name, color=_color(asked.color), metadata=metadata, **where)
+        if solid.cable.name in taken:
+            raise UsageError(f"the assembly has a {solid.cable.name!r} already; give the cable another name")
+        taken.add(solid.cable.name)
+        solids.append(solid)
+    for solid in solids:
+        asked, metadata = solid.cable, {"cablecad": solid.report}
+        assembly.add(solid, loc=loc, name=asked.name, color=_color(asked.color), metadata=metadata)
     return assembly
 
 
@@ -248,6 +271,8 @@ def to_assembly(scene: Scene | str | PathLike[str]) -> cq.Assembly:
     Raises:
         CablecadError: The first thing that went wrong; the others are notes on it.
     """
+    if not isinstance(scene, Scene | str | PathLike):
+        raise UsageError(f"a {type(scene).__name__} is no cablecad.Scene and no path of a scene file")
     if not isinstance(scene, Scene):
         scene = load_scene(fspath(scene))
     run, solids = make_scene(scene)
@@ -266,87 +291,6 @@ def to_assembly(scene: Scene | str | PathLike[str]) -> cq.Assembly:
         add_to(group, *solids)
         whole.add(group)
     return whole
-
-
-# --- ends ---------------------------------------------------------------------------------------------------------
-
-
-def _end(value: Any, key: str) -> End:
-    """What an object of CadQuery, or of cablecad, or numbers stand for."""
-    if isinstance(value, cq.Location):
-        return port_of_frame(value.wrapped)
-    if isinstance(value, cq.Plane):
-        return Port(value.origin.toTuple(), value.zDir.toTuple())
-    if isinstance(value, cq.Workplane):
-        count = len(value.objects)
-        if count > 1:
-            raise UsageError(f"the {key} is a Workplane with {count} objects selected; select one face or edge")
-        return _selected(value)[0]
-    if isinstance(value, cq.Vector):
-        return Pin(value.toTuple())
-    if isinstance(value, cq.Shape):
-        return _shape_end(value, None, key)
-    if isinstance(value, tuple | list) and len(value) == 2 and isinstance(value[0], cq.Shape):
-        body = value[1].findSolid() if isinstance(value[1], cq.Workplane) else value[1]
-        return _shape_end(value[0], body, key)
-    end = known_end(value)
-    if end is None:
-        raise UsageError(
-            f"the {key} is a {type(value).__name__}, which is no end of a cable: give a cq.Location, cq.Plane, "
-            "cq.Workplane with a face or edge selected, cq.Face, (edge, solid), a point, or (position, outward)"
-        )
-    return end
-
-
-def _shape_end(shape: cq.Shape, body: cq.Shape | None, key: str) -> End:
-    """The end at a shape that was selected, of `body` where that is known."""
-    whole = None if body is None else body.wrapped
-    if isinstance(shape, cq.Vertex):
-        return Pin(shape.toTuple())
-    if isinstance(shape, cq.Face):
-        return Port(*face_port(shape.wrapped, whole))
-    if isinstance(shape, cq.Edge):
-        if whole is None:
-            raise UsageError(
-                f"the {key} is an edge by itself, which does not tell on which side the material is: give it with its "
-                "solid as (edge, solid), or give the Workplane in which it was selected"
-            )
-        return Port(*edge_port(shape.wrapped, whole))
-    raise UsageError(f"the {key} is a {type(shape).__name__}; select one of its faces, circular edges or vertices")
-
-
-def _selected(workplane: cq.Workplane) -> list[End]:
-    """The end at each object on the stack; with an empty stack the one at the plane's origin."""
-    plane = workplane.plane
-    ends: list[End] = []
-    for one in workplane.objects or [plane.origin]:
-        if isinstance(one, cq.Vector):
-            ends.append(Port(one.toTuple(), plane.zDir.toTuple()))
-        elif isinstance(one, cq.Location):
-            ends.append(port_of_frame(one.wrapped))
-        else:
-            ends.append(_shape_end(one, _body_of(one, workplane), "end"))
-    return ends
-
-
-def _body_of(shape: Any, workplane: cq.Workplane) -> cq.Shape | None:
-    """What a shape was selected from, up the chain of operations."""
-    node = workplane
-    while node is not None:
-        for whole in node.objects:
-            if isinstance(whole, cq.Solid | cq.Compound | cq.Shell) and any(
-                shape.wrapped.IsSame(one) for one in subshapes(whole.wrapped, shape.wrapped.ShapeType())
-            ):
-                return whole
-        node = node.parent
-    return None
-
-
-def _frame(end: End) -> cq.Location:
-    """An end as a frame, its z axis outward where it has an axis."""
-    if isinstance(end, Port) and end.outward is not None:
-        return cq.Plane(cq.Vector(*end.position), normal=cq.Vector(*end.outward)).location
-    return cq.Location(cq.Vector(*getattr(end, "position", (0.0, 0.0, 0.0))))
 
 
 # --- solids and assemblies ----------------------------------------------------------------------------------------

@@ -5,14 +5,14 @@ A frame's z axis is outward: out of the connector, towards the free cable.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
 from OCP.gp import gp_Dir, gp_Pnt, gp_Trsf
 
-from cablecad.errors import UsageError
+from cablecad.errors import SceneError, UsageError
 from cablecad.model import Cable, Clamp, PartPort, Pin, Port, Toward, Vector
+from cablecad.model.values import RANGES, as_vector, number_mistakes
 
 End = Clamp | Pin | Port | Toward
 
@@ -45,19 +45,21 @@ def known_end(value: object) -> End | None:
 
 def _numbers(value: object) -> Any:
     """Three numbers as a tuple, or None."""
-    if isinstance(value, str) or not isinstance(value, Iterable):
-        return None
-    parts = tuple(value)
-    fits = len(parts) == 3 and not any(isinstance(part, bool | str) or not hasattr(part, "__float__") for part in parts)
-    return tuple(float(part) for part in parts) if fits else None
+    numbers = as_vector(value)
+    fits = isinstance(numbers, tuple) and len(numbers) == 3 and all(isinstance(part, float) for part in numbers)
+    return numbers if fits else None
 
 
 def held(end: End, straight: float, key: str) -> End:
     """The end with a length of straight cable [mm] held by its connector, where one was asked for apart from it.
 
     Raises:
+        SceneError: The length is no number of 0 or more.
         UsageError: The end has no axis, or a straight length of its own.
     """
+    mistakes = list(number_mistakes(f"{key}_straight", straight, RANGES["straight"]))
+    if mistakes:
+        raise SceneError(mistakes)
     if not straight:
         return end
     if not isinstance(end, Clamp | Port) or not _has_axis(end):

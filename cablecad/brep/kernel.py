@@ -5,11 +5,14 @@
 * Silence: Open Cascade prints to stdout, where only results belong; `silence` stops it and puts back what it found.
 * Settings: `interface_settings` sets the process-wide parameters of the STEP translator and restores them.
 
-Neither silence nor settings are per thread: Open Cascade keeps one of each for the whole process.
+Neither silence nor settings are per thread: Open Cascade keeps one of each for the whole process. Threads wait for each
+other where they need settings.
 """
 
 from __future__ import annotations
 
+import os
+import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Protocol, TypeVar
@@ -185,8 +188,8 @@ def silence() -> Iterator[None]:
     """
     messenger = Message.DefaultMessenger_s()
     printers = items_of(messenger.Printers())
-    messenger.ChangePrinters().Clear()
     try:
+        messenger.ChangePrinters().Clear()
         yield
     finally:
         for printer in printers:
@@ -197,6 +200,8 @@ def silence() -> Iterator[None]:
 def interface_settings(values: Mapping[str, str | int | float]) -> Iterator[None]:
     """Set parameters of the STEP translator in this block, and put back the values found.
 
+    They are the process's own: another thread that comes to such a block waits until this one has ended.
+
     Args:
         values: Name such as ``write.step.unit`` to a value of the parameter's own type; an enumeration takes the
             name of its value or its number.
@@ -204,20 +209,27 @@ def interface_settings(values: Mapping[str, str | int | float]) -> Iterator[None
     Raises:
         ValueError: Open Cascade knows no such parameter, or refuses the value.
     """
-    # These define the parameters; before that they are neither found nor settable.
-    STEPControl_Controller.Init_s()
-    STEPCAFControl_Controller.Init_s()
-    found: dict[str, str | int | float] = {}
-    try:
-        for name, value in values.items():
-            if not Interface_Static.IsPresent_s(name):
-                raise ValueError(f"Open Cascade {OCP_VERSION} has no parameter {name}")
-            found[name] = _setting(name, type(value))
-            _set(name, value)
-        yield
-    finally:
-        for name, value in found.items():
-            _set(name, value)
+    with _locks["settings"]:
+        # These define the parameters; before that they are neither found nor settable.
+        STEPControl_Controller.Init_s()
+        STEPCAFControl_Controller.Init_s()
+        found: dict[str, str | int | float] = {}
+        try:
+            for name, value in values.items():
+                if not Interface_Static.IsPresent_s(name):
+                    raise ValueError(f"Open Cascade {OCP_VERSION} has no parameter {name}")
+                found[name] = _setting(name, type(value))
+                _set(name, value)
+            yield
+        finally:
+            for name, value in found.items():
+                _set(name, value)
+
+
+_locks = {"settings": threading.RLock()}
+if hasattr(os, "register_at_fork"):
+    # In a forked child the thread that may have held it is gone.
+    os.register_at_fork(after_in_child=lambda: _locks.update(settings=threading.RLock()))
 
 
 def _setting(name: str, kind: type) -> str | int | float:

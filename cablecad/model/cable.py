@@ -102,6 +102,9 @@ class Cable(Checked):
 
     def _mistakes(self) -> Iterator[Mistake]:
         yield from cable_mistakes({key: getattr(self, key) for key in self.__slots__})
+        for key in ("equilibrium", "allow_contact"):  # which always have a value
+            if getattr(self, key) is None:
+                yield from _cable_value(key, None)
 
     def between(self, start: Clamp | Pin | Port | PartPort, end: Clamp | Pin | Port | PartPort, length: float) -> Cable:
         """The same cable of a given length [mm] between other ends, its other data of length left out.
@@ -199,7 +202,7 @@ def _cable_value(key: str, value: object) -> Iterator[Mistake]:
 
 def _need_mistakes(known: Mapping[str, object], present: Set[str]) -> Iterator[Mistake]:
     """What one datum of a cable needs of the others, whatever its ends."""
-    if known.get("length") == "shortest":
+    if _is_shortest(known):
         if "min_bend_radius" not in present:
             yield Mistake("length", 'needs min_bend_radius, the rule "shortest" keeps', "shortest")
         pinned = not _is_held(known.get("start"), known.get("end"))
@@ -217,7 +220,7 @@ def _end_mistakes(known: Mapping[str, object], present: Set[str]) -> Iterator[Mi
     """How the ends and the data of a cable go together; an end that is not `known` may be of any kind."""
     end = known.get("end")
     data = [key for key in LENGTH_DATA if key in present]
-    shortest = known.get("length") == "shortest"
+    shortest = _is_shortest(known)
     if _is_held(known.get("start"), known.get("end")):
         for key in PINNED_DATA:
             if key in known:
@@ -244,6 +247,11 @@ def _end_mistakes(known: Mapping[str, object], present: Set[str]) -> Iterator[Mi
             yield Mistake("length", "is missing; give length or slack")
         else:
             yield Mistake("length", "is missing; give length, slack, force, angle_deg, rise or bend_radius")
+
+
+def _is_shortest(known: Mapping[str, object]) -> bool:
+    length = known.get("length")
+    return isinstance(length, str) and length == "shortest"
 
 
 def _is_held(*ends: object) -> bool:

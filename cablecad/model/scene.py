@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from os import PathLike, fspath
 from pathlib import Path
 
-from cablecad.errors import Mistake
+from cablecad.errors import Mistake, SceneError
 from cablecad.model.cable import Cable
 from cablecad.model.ends import NamedPort
 from cablecad.model.ports import end_mistakes, port_name_mistakes
@@ -197,6 +197,18 @@ def tolerance_mistakes(tolerance: object) -> Iterator[Mistake]:
     yield from found
     if not found and float(tolerance) < LEAST_TOLERANCE:  # type: ignore[arg-type]
         yield Mistake("tolerance.shape", f"is below the floor of {LEAST_TOLERANCE:g} mm", tolerance)
+
+
+def checked_tolerance(tolerance: float) -> float:
+    """A shape tolerance [mm] that was given by itself.
+
+    Raises:
+        SceneError: It is no number above 1e-9.
+    """
+    mistakes = list(tolerance_mistakes(tolerance))
+    if mistakes:
+        raise SceneError(mistakes)
+    return float(tolerance)
 
 
 def name_mistakes(cables: Sequence[str | None], parts: Sequence[str | None]) -> Iterator[Mistake]:

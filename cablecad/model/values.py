@@ -6,7 +6,7 @@ import math
 import re
 import unicodedata
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from numbers import Integral, Real
 from typing import NamedTuple, Self
 
@@ -93,9 +93,12 @@ def text_mistakes(path: str, value: object) -> Iterator[Mistake]:
 
 def as_vector(value: object) -> object:
     """The numbers of any sequence (a numpy array too) as a tuple of floats; anything else unchanged."""
-    if not isinstance(value, Iterable) or isinstance(value, str | bytes):
+    if not isinstance(value, Iterable) or isinstance(value, str | bytes | Set | Mapping):  # sets have no order
         return value
-    parts = tuple(value)
+    try:
+        parts = tuple(value)
+    except TypeError:  # an array without an axis
+        return value
     if any(isinstance(part, str | bytes | bool) for part in parts):  # float() would read "4" and True
         return value
     try:

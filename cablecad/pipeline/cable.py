@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 from cablecad.errors import CablecadError
-from cablecad.model import SHAPE_TOLERANCE, Cable
+from cablecad.model import SHAPE_TOLERANCE, Cable, checked_tolerance
 from cablecad.pipeline.clock import timed
 from cablecad.report import CableOutcome, cable_report
 
@@ -114,6 +114,7 @@ def build(cable: Cable, *, tolerance: float = SHAPE_TOLERANCE, method: Method = 
         GeometryError: The solid failed its check.
         SceneError: Contradicting data, or a tolerance below what numbers can keep.
     """
+    tolerance = checked_tolerance(tolerance)
     outcome = CableOutcome(cable)
     with timed(outcome.seconds, "solve"):
         solution = solve(cable)
@@ -128,7 +129,7 @@ def build_solution(solution: RodSolution, *, tolerance: float = SHAPE_TOLERANCE)
         GeometryError: The solid failed its check.
         SceneError: A tolerance below what numbers can keep.
     """
-    return build_outcome(CableOutcome(solution.cable), solution, tolerance)
+    return build_outcome(CableOutcome(solution.cable), solution, checked_tolerance(tolerance))
 
 
 def build_outcome(outcome: CableOutcome, solution: RodSolution, tolerance: float, method: Method = "direct") -> Built:

@@ -57,6 +57,11 @@ ENDS = {
     "face": (lambda plate: plate.faces("<Y").val(), (0, -20, 0), (0, -1, 0)),
     "workplane on a face": (lambda plate: plate.faces(">Z").workplane(), (0, 0, 4), UP),
     "point on a workplane": (lambda _: cq.Workplane("YZ").pushPoints([(3, 4)]), (0, 3, 4), (1, 0, 0)),
+    "location on a workplane": (
+        lambda _: cq.Workplane("YZ", origin=(50, 0, 0)).pushPoints([cq.Location((3, 4, 0))]),
+        (50, 3, 4),
+        (1, 0, 0),
+    ),
     "blind hole's wall": (
         lambda _: cq.Workplane().box(20, 20, 20).faces(">Z").workplane().hole(4, 10).faces("%CYLINDER"),
         (0, 0, 5),
@@ -93,6 +98,30 @@ NO_ENDS = {
     "text": (lambda _: "top", UsageError, "which is no end of a cable"),
     "two numbers": (lambda _: (1, 2), UsageError, "which is no end of a cable"),
     "part of a scene": (lambda _: cc.PartPort("plate", port="J1"), UsageError, "needs a scene"),
+    "sketch": (
+        lambda plate: plate.faces(">Z").workplane().placeSketch(cq.Sketch().circle(2)),
+        UsageError,
+        "is a Sketch; select",
+    ),
+    "edge with text": (lambda plate: (plate.edges("%CIRCLE").val(), "x"), UsageError, "a str, in which there is no"),
+    "vertex with numbers": (lambda _: (cq.Vertex.makeVertex(1, 2, 3), UP), UsageError, "two times three numbers"),
+    "edge with an assembly": (
+        lambda plate: (plate.edges("%CIRCLE").val(), cq.Assembly(plate)),
+        UsageError,
+        "with a Assembly, in which there is no solid",
+    ),
+    "edge without a solid": (
+        lambda plate: (plate.edges("%CIRCLE").val(), cq.Workplane()),
+        UsageError,
+        "Workplane, in which there is no solid",
+    ),
+    "matrix": (lambda _: np.eye(3), UsageError, "which is no end of a cable"),
+    "column": (lambda _: np.ones((3, 1)), UsageError, "which is no end of a cable"),
+    "single number": (lambda _: np.array(5.0), UsageError, "which is no end of a cable"),
+    "bytes": (lambda _: b"abc", UsageError, "which is no end of a cable"),
+    "set": (lambda _: {1, 2, 3}, UsageError, "which is no end of a cable"),
+    "table": (lambda _: {1: 2, 2: 3, 3: 4}, UsageError, "which is no end of a cable"),
+    "beyond all numbers": (lambda _: (10**400, 0, 0), UsageError, "which is no end of a cable"),
 }
 
 
@@ -101,6 +130,53 @@ def test_what_no_end_may_be(plate, name):
     make, error, words = NO_ENDS[name]
     with pytest.raises(error, match=words):
         port(make(plate))
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"equilibrium": None},
+        {"allow_contact": None},
+        {"bulge": np.array(5.0)},
+        {"length": np.eye(3)},
+        {"tolerance": None},
+        {"tolerance": "x"},
+        {"tolerance": True},
+        {"tolerance": math.inf},
+        {"tolerance": math.nan},
+        {"tolerance": 10**400},
+        {"tolerance": np.array(5.0)},
+        {"tolerance": -1.0},
+        {"start_straight": "5"},
+        {"start_straight": None},
+        {"end_straight": []},
+        {"end_straight": np.eye(3)},
+        {"end_straight": -1.0},
+    ],
+)
+def test_nonsense_is_a_mistake_with_its_name(wrong):
+    (key,) = wrong
+    with pytest.raises(SceneError) as caught:
+        cable(cq.Location(), cq.Location((0, 120, 0)), **({"diameter": 4, "length": 350} | wrong))
+    (mistake,) = caught.value.mistakes
+    assert mistake.path.split(".")[0] == key
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: port(cq.Location(), cq.Plane.XY()), "placed by a cq.Location, not by a Plane"),
+        (lambda: port(cq.Location(), (1, 2, 3)), "placed by a cq.Location, not by a tuple"),
+        (lambda: as_solid(None), "a NoneType is no cable"),
+        (lambda: as_solid(cq.Solid.makeBox(1, 1, 1)), "a Solid is no cable"),
+        (lambda: add_to(None), "a NoneType is no cq.Assembly"),
+        (lambda: add_to(cq.Assembly(), None), "a NoneType is no cable"),
+        (lambda: to_assembly(None), "a NoneType is no cablecad.Scene"),
+    ],
+)
+def test_what_was_not_meant_is_told(call, words):
+    with pytest.raises(UsageError, match=words):
+        call()
 
 
 def test_straight_parts_and_other_data_reach_the_cable(plate):
@@ -256,6 +332,29 @@ def test_a_meshed_cable_is_pickled_without_its_triangles(wire):
     assert len(pickle.dumps(wire.built)) < 1.1 * before
 
 
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda wire: wire.clean(),
+        lambda wire: cq.Workplane(obj=wire).clean().val(),
+        lambda wire: cq.Workplane().pushPoints([(0, 0)]).eachpoint(lambda _: wire, useLocalCoordinates=True).val(),
+        lambda wire: wire.moved([cq.Location((1, 2, 3))]),
+        lambda wire: wire.moved(cq.Vertex.makeVertex(1, 2, 3)),
+        lambda wire: wire.moved((1, 2, 3)),
+    ],
+)
+def test_what_changes_nothing_keeps_the_results(wire, change):
+    changed = change(wire)
+    assert isinstance(changed, CableSolid)
+    assert (changed.label, changed.report) == ("W1", wire.report)
+    assert changed.isValid()
+    assert changed.Volume() == pytest.approx(wire.Volume(), rel=1e-9)
+
+
+def test_many_moves_at_once_are_a_compound_of_the_host(wire):
+    assert isinstance(wire.moved([cq.Location(), cq.Location((9, 0, 0))]), cq.Compound)
+
+
 def test_moves_that_cannot_be_meant(wire):
     with pytest.raises(UsageError, match="call it twice"):
         wire.moved(cq.Location((0, 0, 1)), end=cq.Location((0, 125, 4)))
@@ -311,6 +410,57 @@ def test_a_factory_in_chains(plate):
     each = cq.Workplane().pushPoints([(0, 0), (30, 0)]).eachpoint(away)
     assert [round(one.Volume()) for one in each.vals()] == [round(math.pi * 4 * 120)] * 2
     assert [one.BoundingBox().center.x for one in each.vals()] == pytest.approx([0.0, 30.0], abs=1e-6)
+
+
+def starts(made):
+    return [(w.report["start"]["position"], w.report["start"]["direction"]) for w in made.vals()]
+
+
+def test_a_factory_starts_where_cadquery_has_its_own_features():
+    """Of any plane, from points and from locations such as polarArray's."""
+    make = cable_from(lambda start: start * cq.Location((0, 60, 0)), diameter=1, length=150)
+    for plane in (cq.Workplane("YZ", origin=(50, 0, 0)), cq.Workplane("XZ", origin=(0, 1, 2)), cq.Workplane()):
+        for points in (plane.polarArray(10, 0, 360, 3), plane.rarray(8, 8, 2, 2), plane.pushPoints([(3, 4)])):
+            rims = points.circle(1).vals()
+            for (position, direction), rim in zip(starts(points.invoke(make)), rims, strict=True):
+                np.testing.assert_allclose(position, rim.Center().toTuple(), atol=1e-9)
+                np.testing.assert_allclose(direction, plane.plane.zDir.toTuple(), atol=1e-12)
+
+
+def test_a_factory_with_eachpoint_sees_the_plane_as_its_world():
+    plane = cq.Workplane("YZ", origin=(50, 0, 0)).pushPoints([(3, 4)])
+    make = cable_from(cq.Location((3, 64, 0)), diameter=1, length=150, name="E")
+    (one,) = plane.eachpoint(make, useLocalCoordinates=True).vals()
+    assert one.report["start"]["position"] == [3.0, 4.0, 0.0]
+    assert one.label == "E"
+    ends = [tuple(circle.arcCenter().toTuple()) for circle in one.Edges() if circle.geomType() == "CIRCLE"]
+    np.testing.assert_allclose(sorted(ends, key=lambda end: end[2]), [(50, 3, 4), (50, 3, 64)], atol=1e-9)
+
+
+def test_a_body_is_looked_at_once_for_all_that_was_selected(monkeypatch):
+    from cablecad.adapters import cadquery_ends
+
+    looked = []
+    find = cadquery_ends.find_features
+    monkeypatch.setattr(cadquery_ends, "find_features", lambda *given: looked.append(given) or find(*given))
+    holes = cq.Workplane().box(80, 80, 8).faces(">Z").workplane().rarray(20, 20, 3, 3).hole(6)
+    make = cable_from(lambda start: start * cq.Location((0, 60, 0)), diameter=3, length=150)
+    for selected in (holes.faces(">Z").edges("%CIRCLE"), holes.faces(">Z or <Z")):
+        looked.clear()
+        assert len(selected.invoke(make).vals()) == selected.size()
+        assert len(looked) == 1
+
+
+def test_cables_are_added_all_or_none(wire):
+    other = cable(cq.Location(), cq.Location((0, 121, 0)), diameter=4, length=350, name="B")
+    whole = add_to(cq.Assembly(name="x"), wire)
+    with pytest.raises(UsageError, match="'W1' already"):
+        add_to(whole, other, wire)
+    with pytest.raises(UsageError, match="'B' already"):
+        add_to(whole, other, other)
+    assert list(whole.objects) == ["x", "W1"]
+    add_to(whole, other, loc=cq.Location((1, 2, 3)))
+    assert whole.objects["B"].loc.toTuple()[0] == (1, 2, 3)
 
 
 def test_an_assembly_keeps_name_colour_and_report(wire, plate, tmp_path):

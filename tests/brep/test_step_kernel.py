@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import threading
 
 import numpy as np
 import pytest
@@ -78,6 +79,7 @@ def test_other_exceptions_pass_unchanged(failure):
 
 MISSING = """
 import sys
+import threading
 class Refuse:
     def find_spec(self, name, path=None, target=None):
         if name == "OCP" or name.startswith("OCP."):
@@ -103,6 +105,7 @@ def test_without_open_cascade_every_way_to_install_it_is_told():
 
 SPEAK = """
 import sys
+import threading
 from pathlib import Path
 from cablecad.brep.kernel import silence
 from cablecad.brep.step import CableSolid, read_parts, read_step, write_step
@@ -218,3 +221,54 @@ def test_settings_that_do_not_exist_change_nothing(values, said):
     with pytest.raises(ValueError, match=said), interface_settings(values):
         pass
     assert Interface_Static.CVal_s("write.step.unit") == before
+
+
+def unit():
+    from OCP.Interface import Interface_Static
+
+    return Interface_Static.CVal_s("write.step.unit")
+
+
+def test_threads_take_turns_with_settings():
+    with interface_settings({}):
+        before = unit()
+    seen = []
+
+    def other():
+        with interface_settings({"write.step.unit": "INCH"}):
+            seen.append(unit())
+
+    with interface_settings({"write.step.unit": "M"}):
+        thread = threading.Thread(target=other)
+        thread.start()
+        thread.join(0.2)
+        assert (seen, unit()) == ([], "M")
+    thread.join(10.0)
+    assert (seen, unit()) == (["INCH"], before)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+def test_a_forked_child_does_not_wait_for_a_thread_it_has_not():
+    """Forked while another thread is at its settings."""
+    code = """
+import os, sys, threading
+from cablecad.brep.kernel import interface_settings
+held, done = threading.Event(), threading.Event()
+def hold():
+    with interface_settings({"write.step.unit": "M"}):
+        held.set()
+        done.wait()
+thread = threading.Thread(target=hold)
+thread.start()
+held.wait()
+child = os.fork()
+if not child:
+    with interface_settings({"write.step.unit": "INCH"}):
+        os._exit(7)
+status = os.waitpid(child, 0)[1]
+done.set()
+thread.join()
+sys.exit(os.waitstatus_to_exitcode(status))
+"""
+    done = subprocess.run([sys.executable, "-W", "ignore", "-c", code], timeout=60, check=False)
+    assert done.returncode == 7

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -16,6 +18,7 @@ from cablecad.model import (
     Section,
     Toward,
     cable_mistakes,
+    checked_tolerance,
     material_mistakes,
 )
 
@@ -109,3 +112,24 @@ def test_scalars_of_numpy_are_numbers() -> None:
     cable = Cable("a", np.float32(4.0), Pin((0, 0, 0)), Pin(np.array([1, 0, 0])), length=np.int64(3))
     assert (type(cable.diameter), cable.diameter) == (float, 4.0)
     assert (type(cable.length), cable.length) == (int, 3)
+
+
+@pytest.mark.parametrize(
+    "position", [{1, 2, 3}, {1: 0, 2: 0, 3: 0}, b"abc", np.array(5.0), np.eye(3), np.ones((3, 1)), (10**400, 0, 0)]
+)
+def test_what_has_no_order_or_no_three_numbers_is_no_position(position):
+    with pytest.raises(SceneError, match="position"):
+        Pin(position)
+
+
+@pytest.mark.parametrize("tolerance", [None, "x", True, math.nan, math.inf, -1.0, 0.0, 10**400, np.array(5.0), 1e-12])
+def test_a_tolerance_given_by_itself_is_checked(tolerance):
+    with pytest.raises(SceneError, match=r"tolerance\.shape"):
+        checked_tolerance(tolerance)
+    assert checked_tolerance(np.float64(0.5)) == 0.5
+
+
+@pytest.mark.parametrize("key", ["equilibrium", "allow_contact"])
+def test_what_always_has_a_value_is_not_none(key):
+    with pytest.raises(SceneError, match=key):
+        Cable("W1", 4.0, Pin((0, 0, 0)), Pin((0, 90, 0)), length=100.0, **{key: None})
