@@ -33,6 +33,7 @@ def assert_each_tries_the_products_own(lines, blocks):
 
 
 def test_counts_of_splines():
+    pytest.importorskip("OCP", reason="solids need the kernel")
     lines = printed(
         "spline_counts",
         "experiment.samples()\n"
