@@ -21,7 +21,19 @@ from cablecad.brep.knots import DEGREE
 from cablecad.centreline import Array, Frames, Line, Side, locate
 
 _SHARES = np.linspace(0.0, 1.0, 17)
-"""Where the curvature of a span is looked at; its ends are shares of both spans that meet there."""
+"""Where the curvature of a span is looked at first; its ends are shares of both spans that meet there."""
+
+_CLOSER = np.linspace(-1.0, 1.0, 9)
+"""Where it is looked at again, about the best so far, by steps to the best's neighbours; then by a quarter of these."""
+
+_CLOSER_LOOKS = 4
+"""Then nothing is left of what the first look may miss, 1e-3 of a curvature, but 1e-8."""
+
+_RIVAL = 2e-3
+"""Spans whose square of the curvature is less by this share may have the greatest."""
+
+_FINE = np.linspace(0.0, 1.0, 129)
+"""Where a side is looked at for folds."""
 
 _BENDS_AT_SHARES = powers_of(_SHARES, DEGREE, 2)
 
@@ -68,7 +80,7 @@ class FittedPiece:
         return values
 
     def greatest_curvature(self) -> tuple[float, float]:
-        """The greatest sampled |curvature| [1/mm] and its arclength [mm]."""
+        """The greatest |curvature| [1/mm], to 1e-8 of itself, and its arclength [mm]."""
         if "_tightest" not in self.__dict__:
             find_tightest([self])
         tightest: tuple[float, float] = self.__dict__["_tightest"]
@@ -84,20 +96,41 @@ def find_tightest(pieces: Sequence[FittedPiece]) -> None:
     bends, at = np.empty(len(steps)), np.empty(len(steps), dtype=np.intp)
     for low in range(0, len(steps), _BLOCK):
         own = slice(low, low + _BLOCK)
-        first, second = _BENDS_AT_SHARES[1:, None] @ polynomials[own]
-        first, second = first / steps[own], second / steps[own] ** 2
-        square = dots(first, first)
-        normal = second - (dots(second, first) / square)[..., None] * first
-        bend = dots(normal, normal) / square**2
+        bend = _squared_bends(_BENDS_AT_SHARES[1:, None] @ polynomials[own], steps[own])
         at[own] = bend.argmax(axis=1)
         bends[own] = bend.max(axis=1)
-    low = 0
-    for piece in pieces:
-        span = low + int(np.argmax(bends[low : low + piece.spans]))
-        left, right = piece.knots[span - low : span - low + 2].tolist()
-        share = left + (right - left) * float(_SHARES[at[span]])
-        piece.__dict__["_tightest"] = math.sqrt(bends[span]), share * piece.length
-        low += piece.spans
+    shares = _SHARES[at]
+    ends = np.cumsum([piece.spans for piece in pieces])
+    greatest = np.repeat(np.maximum.reduceat(bends, ends - [piece.spans for piece in pieces]), np.diff(ends, prepend=0))
+    rivals = np.flatnonzero(bends >= (1.0 - _RIVAL) * greatest)
+    shares[rivals], bends[rivals] = _looked_closer(polynomials[rivals], steps[rivals], shares[rivals])
+    for piece, end in zip(pieces, ends.tolist(), strict=True):
+        low = end - piece.spans
+        best = int(np.argmax(bends[low:end]))
+        left, right = piece.knots[best : best + 2].tolist()
+        share = left + (right - left) * float(shares[low + best])
+        piece.__dict__["_tightest"] = math.sqrt(bends[low + best]), share * piece.length
+
+
+def _squared_bends(derivatives: Array, steps: Array) -> Array:
+    """Squares of the curvatures, shape (spans, n), from first and second derivatives, shape (2, spans, n, 3)."""
+    first, second = derivatives[0] / steps, derivatives[1] / steps**2
+    square = dots(first, first)
+    normal = second - (dots(second, first) / square)[..., None] * first
+    return np.asarray(dots(normal, normal) / square**2)
+
+
+def _looked_closer(polynomials: Array, steps: Array, shares: Array) -> tuple[Array, Array]:
+    """Where a span bends most, near a share of it, and the square of its curvature there, shape (spans,) each."""
+    width, rows = float(_SHARES[1]), np.arange(len(shares))
+    bends = np.empty(len(shares))
+    for _ in range(_CLOSER_LOOKS):
+        tried = np.clip(shares[:, None] + width * _CLOSER, 0.0, 1.0)
+        powers = powers_of(tried.ravel(), DEGREE, 2)[1:].reshape(2, *tried.shape, -1)
+        found = _squared_bends(powers @ polynomials, steps)
+        best = found.argmax(axis=1)
+        shares, bends, width = tried[rows, best], found[rows, best], width / 4.0
+    return shares, bends
 
 
 @dataclass(frozen=True)
@@ -147,13 +180,32 @@ class FittedCentreline:
         return self.states(s, side)[1][None]
 
     def greatest_curvature(self) -> tuple[float, float]:
-        """The greatest sampled |curvature| of the fit [1/mm] and its arclength [mm]."""
+        """The greatest |curvature| of the fit [1/mm], to 1e-8 of itself, and its arclength [mm]."""
         best = (0.0, 0.0)
         for start, piece in zip(self.breaks, self.pieces, strict=False):
             if isinstance(piece, FittedPiece):
                 kappa, at = piece.greatest_curvature()
                 best = max(best, (kappa, float(start) + at))
         return best
+
+    def least_stretch(self, radius: float) -> tuple[float, float]:
+        """The least sampled length of a tube's side over the fit's own, and its arclength [mm]: below 0 it folds.
+
+        Of the exact tube that is 1 - kappa r. Here it is that of the side as it is built, whose normals have an
+        interpolation of their own.
+        """
+        least = (1.0, 0.0)
+        for start, piece in zip(self.breaks, self.pieces, strict=False):
+            if not isinstance(piece, FittedPiece):
+                continue
+            inside = piece.knots[:-1, None] + piece.spline.knots.steps[:, None] * _FINE
+            s = inside.ravel() * piece.length
+            _, first = piece.evaluate(s, 1)
+            along, n, b = first[:, :3], first[:, 3:6], first[:, 6:]
+            stretch = 1.0 - radius * np.hypot(dots(n, along), dots(b, along)) / dots(along, along)
+            i = int(np.argmin(stretch))
+            least = min(least, (float(stretch[i]), float(start) + float(s[i])))
+        return least
 
     def states(self, s: ArrayLike, side: Side = "right") -> tuple[Frames, Array]:
         """`frames`, and the curvature's components, shape (n, 2) [1/mm]."""

@@ -6,6 +6,7 @@ The format has neither names nor colours nor a unit, and 7 digits of each coordi
 from __future__ import annotations
 
 import logging
+import math
 
 import numpy as np
 
@@ -17,6 +18,9 @@ _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribut
 
 _ROUNDING = 2.0**-24
 """Of a number of 24 bits, as a share of it."""
+
+_FREE = 0.4
+"""What a mesh leaves of its tolerance, at least: 0.42 was the least of some 180 cables."""
 
 _HEADER = b"cablecad, binary STL, lengths in mm"
 """It must not begin with `solid`, as STL in text does."""
@@ -31,10 +35,10 @@ def stl_bytes(root: MeshNode, *, finest: float) -> bytes:
     """
     corners = np.concatenate([patch.mesh.vertices[patch.mesh.triangles] for patch in root.placed_patches()])
     rounding = _ROUNDING * float(np.abs(corners).max(initial=0.0))
-    if rounding > finest:
+    if math.sqrt(3.0) * rounding > _FREE * finest:
         _log.warning(
-            "STL keeps 7 digits: so far from the origin coordinates are rounded by up to %.2g mm, more than the mesh's "
-            "%.2g mm; move the scene nearer to the origin, or write .glb or .step",
+            "STL keeps 7 digits: so far from the origin coordinates are rounded by up to %.2g mm, too much for the "
+            "mesh's %.2g mm; move the scene nearer to the origin, or write .glb or .step",
             rounding,
             finest,
         )

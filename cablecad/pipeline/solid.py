@@ -32,6 +32,9 @@ Supports = tuple[Clamp | Pin, Clamp | Pin | Toward]
 WORST_DEVIATION = 1.0 / 20.0
 """A shape tolerance above this share of the radius is lowered to it: beyond it the tube is no tube."""
 
+_NEARLY_FOLDED = 0.9
+"""From this kappa r on the side of the tube that is built is looked at itself for folds."""
+
 _LEAST_RADIUS = 1e-6
 """Of a solid [mm]: Open Cascade takes points within 1e-7 mm for one, and loses much thinner ones when it reads STEP."""
 
@@ -257,6 +260,13 @@ def _refuse_spoilt_fit(solution: RodSolution, fit: FittedCentreline) -> None:
             f"the fitted centreline bends to {1.0 / kappa:.6g} mm at s = {at:.6g} mm, not more than the cable's radius "
             f"{radius:.6g} mm; ask for a smaller tolerance or take a thinner cable"
         )
+    if kappa * radius > _NEARLY_FOLDED:
+        stretch, at = fit.least_stretch(radius)
+        if stretch <= 0.0:
+            raise InvalidTubeError(
+                f"the tube's side would fold at s = {at:.6g} mm, where the cable bends to {1.0 / kappa:.6g} mm, hardly "
+                f"more than its radius {radius:.6g} mm; ask for a smaller tolerance or take a thinner cable"
+            )
     exact = solution.self_gap
     if exact is None or exact > _ROOM * fit.deviation or cable.allow_contact:
         return  # both ends of a distance are off by the deviation at most

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -305,6 +306,46 @@ def test_least_bend_radius_of_the_fit(name: str, tolerance: float) -> None:
     assert abs(found - exact) < 40.0 * tolerance / min(spans) ** 2
     if name.startswith("k="):
         assert at == pytest.approx(exact_at, abs=2.0 * min(spans))
+
+
+@pytest.mark.parametrize("tolerance", [1.0, 1e-2, 1e-4, 1e-7])
+@pytest.mark.parametrize("name", CURVES)
+def test_the_tightest_bend_is_not_missed_between_samples(name: str, tolerance: float) -> None:
+    """Against two thousand points a span, by scipy."""
+    fit = fit_centreline(CURVES[name], 2.0, tolerance=tolerance)
+    greatest = 0.0
+    for piece in fit.pieces:
+        if isinstance(piece, FittedPiece):
+            spline = BSpline(clamped(piece.knots), piece.poles[:, :3], DEGREE)
+            x = np.unique([np.linspace(a, b, 2001) for a, b in itertools.pairwise(piece.knots)])
+            first, second = spline(x, 1), spline(x, 2)
+            bends = np.linalg.norm(np.cross(first, second), axis=1) / np.linalg.norm(first, axis=1) ** 3
+            greatest = max(greatest, float(bends.max()))
+    assert fit.greatest_curvature()[0] == pytest.approx(greatest, rel=3e-8)
+
+
+def clamped(knots: Array) -> Array:
+    return np.concatenate([knots[:1].repeat(DEGREE), knots, knots[-1:].repeat(DEGREE)])
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-6])
+@pytest.mark.parametrize("name", CURVES)
+def test_the_least_stretch_of_a_side(name: str, tolerance: float) -> None:
+    """1 - kappa r, as far as the normals follow; and that of the side itself, by differences of its points."""
+    curve = CURVES[name]
+    radius = 0.5 / curve.greatest_curvature()[0]
+    fit = fit_centreline(curve, radius, tolerance=tolerance)
+    stretch, _where = fit.least_stretch(radius)
+    assert stretch == pytest.approx(0.5, abs=0.02 if tolerance > 1e-3 else 1e-4)
+    shortest = math.inf
+    for piece in fit.pieces:
+        if isinstance(piece, FittedPiece):
+            columns = piece.evaluate(np.linspace(0.0, piece.length, 6001))[0]
+            along = np.linalg.norm(np.diff(columns[:, :3], axis=0), axis=1)
+            for u in np.linspace(0.0, 2.0 * math.pi, 72, endpoint=False):
+                side = columns[:, :3] + radius * (math.cos(u) * columns[:, 3:6] + math.sin(u) * columns[:, 6:])
+                shortest = min(shortest, float((np.linalg.norm(np.diff(side, axis=0), axis=1) / along).min()))
+    assert shortest == pytest.approx(stretch, abs=2e-3)
 
 
 # --- scale, place and refusals ----------------------------------------------------------------------------------------

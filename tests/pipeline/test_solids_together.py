@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +16,7 @@ from cablecad.bench.whole import loom
 from cablecad.brep.check import volume_of
 from cablecad.brep.kernel import subshapes
 from cablecad.errors import CablecadError, GeometryError, InvalidTubeError, SceneError
-from cablecad.model import Cable, Pin, Port
+from cablecad.model import Cable, Clamp, Pin, Port
 from cablecad.pipeline import build, solve, solve_many
 from cablecad.pipeline import solid as solid_module
 from cablecad.pipeline.solid import make_solids
@@ -103,6 +105,24 @@ def test_a_solid_that_is_not_valid_costs_no_other_its_own(monkeypatch: pytest.Mo
     assert "BRepCheck not valid" in str(made[2])
     assert [outcome.check is not None and outcome.check.valid for outcome in some] == [i != 2 for i in range(len(some))]
     assert all(outcome.seconds["check"] > 0.0 for outcome in some)
+
+
+def bent(tolerance: float, margin: float) -> None:
+    """Build a cable whose radius is its least bend radius but for a margin."""
+    start = Clamp((0, 0, 0), (math.cos(-0.18), math.sin(-0.18), 0))
+    end = Clamp((61, 0, 0), (math.cos(0.21), math.sin(0.21), 0))
+    cable = Cable("W", 1.0, start, end, length=500.0, allow_contact=True)
+    radius = solve(cable).bend_radius_min
+    assert radius is not None
+    build(replace(cable, diameter=2.0 * radius * (1.0 - margin)), tolerance=tolerance)
+
+
+def test_a_side_that_would_fold_is_refused() -> None:
+    """The exact tube just does not, and neither does its centreline's fit; a finer fit shows it."""
+    with pytest.raises(InvalidTubeError, match=r"side would fold at s = 25.*ask for a smaller tolerance"):
+        bent(0.1, 1e-7)
+    bent(1e-6, 1e-4)
+    bent(0.1, 0.02)
 
 
 def test_a_sweep_is_measured_itself() -> None:
