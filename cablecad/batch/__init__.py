@@ -1,8 +1,8 @@
 """Many scenes: rows of a table, points of a grid or scene files, built or solved, with one report a row.
 
-`rows` says what a row is, `table` and `grid` where rows come from, `task` what is done with some of them in whatever
-process, `pool` holds processes that may die, `schedule` hands the tasks out and survives what happens to them,
-`journal` and `results` keep what came out, and `run` tells the whole story.
+`rows` says what a row is, `table` and `grid` where rows come from, `keys` and `inputs` what is known of all of them,
+`task` what is done with some in whatever process, `pool` holds processes that may die, `schedule` hands the tasks out
+and survives what happens to them, `journal` and `results` keep what came out, and `run` tells the whole story.
 """
 
 from cablecad.batch.grid import grid_rows

@@ -124,7 +124,19 @@ def _values(text: str, *, is_text: bool) -> tuple[Any, ...]:
 
 
 def _number(text: str) -> Fraction:
+    """The number a range begins or ends with, as it is written.
+
+    Raises:
+        UsageError: It is none, or one that is too small for a double.
+    """
     value = cell_value(text, is_text=False)
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise UsageError(f"{text!r} is no number; write a range as START:STOP:COUNT, such as 300:400:11")
-    return Fraction(text)
+    if value == 0:  # whatever its exponent, which as a fraction may have any number of digits
+        if re.search("[1-9]", text.lower().partition("e")[0]):
+            raise UsageError(f"{text!r} is too small to be told from 0; write 0")
+        return Fraction(0)
+    try:
+        return Fraction(text)
+    except ValueError:  # of more digits than Python reads as a whole number
+        return Fraction(value)

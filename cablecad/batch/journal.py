@@ -1,7 +1,8 @@
 """`reports.jsonl`: one line a finished row, appended as it finishes; what a batch knows of itself.
 
 A line is written at one go and taken back where that fails; what a kill left of a line has no line break, and is
-dropped when the batch is resumed. Two batches never write to one folder: it is locked while one does.
+dropped when the batch is resumed. So is a line that is not as it was written, which its last key tells: a checksum of
+all before it. Two batches never write to one folder: it is locked while one does.
 """
 
 from __future__ import annotations
@@ -11,18 +12,16 @@ import json
 import os
 import sys
 import time
+import zlib
 from array import array
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from hashlib import blake2b
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import IO, Any, Self
 
-import numpy as np
-from numpy.typing import NDArray
-
-from cablecad.batch.rows import HASH_BYTES, id_mistakes, same_id
+from cablecad.batch.inputs import Inputs
+from cablecad.batch.keys import RowKeys
+from cablecad.batch.rows import id_mistakes
 from cablecad.batch.task import JSON, RowResult, step_path
 from cablecad.errors import ExchangeError, UsageError
 from cablecad.files import explained, replacing
@@ -39,101 +38,52 @@ _SYNC_EVERY = 5.0
 """How long a line may be in memory alone, should the machine lose its power [s]."""
 
 
-@dataclass(frozen=True, slots=True)
-class Line:
-    """A line of the journal.
-
-    Attributes:
-        place: Where it begins [bytes].
-        data: Its keys: id, status, exit_code, hash, overrides, error, and those of report format 1.
-    """
-
-    place: int
-    data: dict[str, Any]
-
-
-def read_lines(path: Path, *, number: Callable[[str], Any] = float) -> Iterator[Line]:
+def read_lines(path: Path, *, number: Callable[[str], Any] = float) -> Iterator[dict[str, Any]]:
     """The whole lines of a journal; of what is no line of a journal nothing is said.
 
     Args:
         path: Of the journal.
         number: What is made of the digits of a number that is not whole.
 
+    Yields:
+        The keys of a line: id, status, exit_code, hash, overrides, error, size, those of report format 1 and checksum.
+
     Raises:
         ExchangeError: It cannot be read.
     """
     try:
         with path.open("rb") as file:
-            place = 0
             for text in file:
-                data = _parsed(text, number)
+                data = _parsed(text, number) if _is_whole(text) else None
                 if data is not None:
-                    yield Line(place, data)
-                place += len(text)
+                    yield data
     except OSError as error:
         raise ExchangeError(f"{path} cannot be read: {error.strerror or error}; check its permissions") from error
 
 
+def _ending(line: bytes) -> bytes:
+    """How a line ends: with a checksum of 32 bits, which no burst of errors as short leaves as it was."""
+    return b', "checksum": "%08x"}\n' % zlib.crc32(line)
+
+
+_ENDING = len(_ending(b""))
+
+
+def _is_whole(text: bytes) -> bool:
+    """Whether a line is what was written."""
+    return text.endswith(_ending(text[:-_ENDING]))
+
+
 def _parsed(text: bytes, number: Callable[[str], Any] = float) -> dict[str, Any] | None:
-    """A line, or None for one that is torn."""
+    """A line, or None for one that is torn or no line of a journal; whether it is whole is not looked at."""
     if not text.endswith(b"\n"):
         return None
     try:
         data = json.loads(text) if number is float else json.loads(text, parse_float=number)
-    except ValueError:
+    except (ValueError, RecursionError):
         return None
-    whole = isinstance(data, dict) and all(isinstance(data.get(key), str) for key in ("id", "status", "hash"))
-    return data if whole else None
-
-
-class RowKeys:
-    """Which ids there are, in which row, and the hashes of their inputs, in 20 bytes a row.
-
-    Ids are told apart by hashes of 64 bits, which a million rows share with a chance of 3e-8; whoever asks for
-    duplicates looks at the ids themselves.
-    """
-
-    def __init__(self) -> None:
-        self._hashes = array("Q")
-        self._inputs = bytearray()
-        self._sorted: NDArray[np.uint64] = np.zeros(0, dtype=np.uint64)
-        self._rows: NDArray[np.intp] = np.zeros(0, dtype=np.intp)
-
-    def __len__(self) -> int:
-        """How many rows there are."""
-        return len(self._hashes)
-
-    def add(self, row_id: str, input_hash: str) -> None:
-        """The id of the next row and its `row_hash`."""
-        self._hashes.append(_hash(row_id))
-        self._inputs += bytes.fromhex(input_hash)
-
-    def input_hash(self, row: int) -> str:
-        """The `row_hash` of a row."""
-        return self._inputs[row * HASH_BYTES : (row + 1) * HASH_BYTES].hex()
-
-    def settle(self) -> list[int]:
-        """Call once all are there; returns the rows, counted from 0, whose ids another row seems to have too."""
-        hashes = np.frombuffer(self._hashes, dtype=np.uint64) if len(self._hashes) else self._sorted
-        self._rows = np.argsort(hashes, kind="stable")
-        self._sorted = hashes[self._rows]
-        same = self._sorted[1:] == self._sorted[:-1]
-        doubles = np.concatenate([same, [False]]) | np.concatenate([[False], same])
-        return sorted(self._rows[doubles].tolist()) if len(self) > 1 else []
-
-    def row(self, row_id: str) -> int | None:
-        """The row of an id, counted from 0."""
-        key = _hash(row_id)
-        at = self._sorted.searchsorted(np.uint64(key))
-        return int(self._rows[at]) if at < len(self._sorted) and int(self._sorted[at]) == key else None
-
-    def is_row(self, row: int, row_id: str) -> bool:
-        """Whether a row still has the id it had."""
-        return row < len(self._hashes) and self._hashes[row] == _hash(row_id)
-
-
-def _hash(row_id: str) -> int:
-    return int.from_bytes(blake2b(same_id(row_id).encode(), digest_size=8).digest(), "little")
+    known = isinstance(data, dict) and all(isinstance(data.get(key), str) for key in ("id", "status", "hash"))
+    return data if known else None
 
 
 class Folder:
@@ -194,7 +144,7 @@ class Journal:
         Raises:
             ExchangeError: They could not be written; then none of them is there.
         """
-        data = "".join(_line(*entry) for entry in entries).encode()
+        data = b"".join(_line(*entry) for entry in entries)
         with explained(str(self.path)):
             begun = os.fstat(self._handle).st_size
             try:
@@ -218,8 +168,8 @@ class Journal:
         os.close(self._handle)
 
 
-def _line(result: RowResult, input_hash: str, overrides: Mapping[str, Any]) -> str:
-    """A line: who the row is and how it ended, then the report."""
+def _line(result: RowResult, input_hash: str, overrides: Mapping[str, Any]) -> bytes:
+    """A line: who the row is and how it ended, then the report, then what shows whether all of it is there."""
     head = {
         "id": result.id,
         "status": result.status,
@@ -227,33 +177,69 @@ def _line(result: RowResult, input_hash: str, overrides: Mapping[str, Any]) -> s
         "hash": input_hash,
         "overrides": dict(overrides),
         "error": result.error,
+        "size": result.size,
     }
     try:
         text = JSON.encode(head)
     except (TypeError, ValueError):  # overrides that are no values of JSON stand as texts: they are only a remark
         text = JSON.encode(head | {"overrides": {str(key): repr(value) for key, value in overrides.items()}})
-    return f"{text}\n" if result.report is None else f"{text[:-1]}, {result.report[1:]}\n"
+    line = (text[:-1] if result.report is None else f"{text[:-1]}, {result.report[1:-1]}").encode()
+    return line + _ending(line)
 
 
-def forget(path: Path, folder: Path) -> None:
+def forget(path: Path, folder: Path, inputs: Inputs) -> None:
     """Remove a journal and the STEP files it tells of, of which none may be taken for another run's.
 
     Raises:
         ExchangeError: It cannot be read or removed.
+        UsageError: One of these files is an input of this run; then nothing was removed.
     """
+    told = array("Q")
     with explained(str(path)):
-        for line in read_lines(path):
-            _remove_step(folder, line.data)
+        with path.open("rb") as file:
+            for place, text in _placed(file):
+                data = _parsed(text)
+                if data is not None and (_is_whole(text) or _is_old(data)) and _has_step(data):
+                    inputs.check_removal(step_path(folder, data["id"]))
+                    told.append(place)
+            for data in _lines_at(file, told):
+                _remove(step_path(folder, data["id"]))
         path.unlink()
 
 
-def _remove_step(folder: Path, data: Mapping[str, Any]) -> None:
-    """Remove the file that a line of the journal says was written."""
-    if data["status"] == "done" and not id_mistakes(data["id"]):  # an id that was tampered with must lead nowhere else
-        step_path(folder, data["id"]).unlink(missing_ok=True)
+def _remove(step: Path) -> None:
+    with explained(str(step)):
+        step.unlink(missing_ok=True)
 
 
-def keep_finished(path: Path, keys: RowKeys, folder: Path | None) -> bytearray:
+def _placed(file: IO[bytes]) -> Iterator[tuple[int, bytes]]:
+    """Lines, and where each begins [bytes]."""
+    place = 0
+    for text in file:
+        yield place, text
+        place += len(text)
+
+
+def _lines_at(file: IO[bytes], places: Iterable[int]) -> Iterator[dict[str, Any]]:
+    """The lines of a journal at some places."""
+    for place in places:
+        file.seek(place)
+        data = _parsed(file.readline())
+        if data is not None:
+            yield data
+
+
+def _is_old(data: Mapping[str, Any]) -> bool:
+    """Whether a line is of an earlier version, whose lines had neither checksums nor the sizes of STEP files."""
+    return "checksum" not in data
+
+
+def _has_step(data: Mapping[str, Any]) -> bool:
+    """Whether a line says that a STEP file was written; an id that was tampered with must lead nowhere else."""
+    return data["status"] == "done" and data.get("size", 0) is not None and not id_mistakes(data["id"])
+
+
+def keep_finished(path: Path, keys: RowKeys, folder: Path, inputs: Inputs, *, builds: bool) -> bytearray:
     """Take what need not be done again from a journal, and drop the rest: torn lines, other inputs, crashes.
 
     With a line goes the STEP file it tells of, so that none is left that is not of its row.
@@ -261,31 +247,53 @@ def keep_finished(path: Path, keys: RowKeys, folder: Path | None) -> bytearray:
     Args:
         path: Of the journal.
         keys: The rows there are.
-        folder: Where the STEP files are; a row whose file is gone is not finished. None for results only.
+        folder: Where the STEP files are.
+        inputs: What must not be removed.
+        builds: Whether STEP files are asked for; then a row is not finished whose file is gone or is not whole, or
+            which failed and has one.
 
     Returns:
         For each row whether it is finished, 1 or 0.
 
     Raises:
         ExchangeError: The journal cannot be read or written.
+        UsageError: A file that would be removed is an input, or the journal is of a version whose lines had no
+            checksums; then nothing was removed.
     """
     finished = bytearray(len(keys))
+    dropped = array("Q")
+    whole = old = False
     with replacing(path) as aside, aside.open("wb") as kept, path.open("rb") as file:
-        for text in file:
+        for place, text in _placed(file):
             data = _parsed(text)
-            if data is None:
+            if data is None or not _is_whole(text):  # of a damaged line not even the id can be trusted
+                old = old or (data is not None and _is_old(data))
                 continue
+            whole = True
             row = keys.row(data["id"])
-            if row is not None and not finished[row] and _holds(data, keys.input_hash(row), folder):
+            if row is not None and not finished[row] and _holds(data, keys.input_hash(row), folder, builds):
                 finished[row] = 1
                 kept.write(text)
-            elif folder is not None and (row is None or not finished[row]):
-                _remove_step(folder, data)
+            elif _has_step(data) and not (row is not None and finished[row]):
+                inputs.check_removal(step_path(folder, data["id"]))
+                dropped.append(place)
+        if old and not whole:
+            raise UsageError(
+                f"{path} is of an earlier version of cablecad, whose lines cannot be verified: --force forgets it; or "
+                "give another folder"
+            )
+        for data in _lines_at(file, dropped):
+            row = keys.row(data["id"])
+            if row is None or not finished[row]:  # else of another line of the same row
+                _remove(step_path(folder, data["id"]))
     return finished
 
 
-def _holds(data: Mapping[str, Any], input_hash: str, folder: Path | None) -> bool:
+def _holds(data: Mapping[str, Any], input_hash: str, folder: Path, builds: bool) -> bool:
     """Whether a line tells of a row that is finished, and is so still."""
     if data["status"] not in FINISHED or data["hash"] != input_hash:
         return False
-    return folder is None or data["status"] != "done" or step_path(folder, data["id"]).is_file()
+    if not builds:
+        return True
+    step = step_path(folder, data["id"])
+    return bool(data["size"] == (step.stat().st_size if step.is_file() else None))

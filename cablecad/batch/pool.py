@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import multiprocessing.spawn
 import os
 import pickle
@@ -26,7 +27,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, Future
 from typing import Any, TypeVar
 
-from cablecad.errors import OvertimeError, WorkerDiedError, WorkerStartError
+from cablecad.errors import OvertimeError, UsageError, WorkerDiedError, WorkerStartError
 
 T = TypeVar("T")
 
@@ -45,6 +46,18 @@ _GOODBYE = 5.0
 """How long a process that was told to end may take [s]; then it is killed."""
 
 
+def check_timeout(timeout: float | None) -> None:
+    """Refuse a timeout that is none.
+
+    Raises:
+        UsageError: It is not finite, or not more than 0.
+    """
+    if timeout is not None and not 0.0 < timeout < math.inf:
+        raise UsageError(
+            f"the timeout is {timeout:g} s, but must be more than 0 and finite; leave it out to wait without end"
+        )
+
+
 class WorkerPool(Executor):
     """Processes that work on tasks, one at a time each.
 
@@ -60,8 +73,13 @@ class WorkerPool(Executor):
             workers: How many processes.
             timeout: As the attribute.
             preload: Modules that are imported before a process is ready, so that it is in no task's time.
+
+        Raises:
+            UsageError: The timeout is not finite, or not more than 0.
         """
-        self.timeout = timeout
+        check_timeout(timeout)
+        # Some 300 years, on which a thread cannot wait any longer.
+        self.timeout = timeout = None if timeout is None else min(timeout, threading.TIMEOUT_MAX)
         self.max_workers = workers
         self._tasks: queue.SimpleQueue[tuple[Future[Any], bytes] | None] = queue.SimpleQueue()
         self._stopped = False

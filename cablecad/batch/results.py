@@ -7,8 +7,8 @@ error and seconds. The lists of a report that are no vectors (equilibria, points
 from __future__ import annotations
 
 import csv
-import io
 import json
+import re
 import tempfile
 from array import array
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -18,7 +18,8 @@ from typing import IO, Any
 
 import numpy as np
 
-from cablecad.batch.journal import RowKeys, read_lines
+from cablecad.batch.journal import read_lines
+from cablecad.batch.keys import RowKeys
 from cablecad.batch.summary import Summary
 from cablecad.files import replacing
 
@@ -28,6 +29,15 @@ _FIRST, _LAST = ("id", "status"), ("error", "seconds")
 
 _LEFT_OUT = frozenset({"name", "message", "seconds"})
 """What stands elsewhere in the line: the name in the columns' names, messages under error."""
+
+
+class _Digits(str):
+    """A number that is not whole, as it stands in the journal: so it goes on, and is told from a text."""
+
+    __slots__ = ()
+
+
+_TEXTS = frozenset({str, _Digits})
 
 
 _ENDS = ("start", "end")
@@ -45,11 +55,11 @@ def write_results(journal: Path, results: Path, keys: RowKeys, summary: Summary)
     """
     with replacing(results) as aside, tempfile.TemporaryFile(dir=aside.parent) as scratch:
         table = _Table(scratch)
-        for line in read_lines(journal, number=str):  # as they stand they go on
-            row = keys.row(line.data["id"])
+        for line in read_lines(journal, number=_Digits):
+            row = keys.row(line["id"])
             if row is not None:  # else of a batch that was; there is no such row any more
-                summary.add(line.data)
-                table.add(row, line.data)
+                summary.add(line)
+                table.add(row, line)
         with aside.open("wb") as file:
             for data in table.lines():
                 file.write(data)
@@ -101,8 +111,8 @@ class _Table:
             if at is None:
                 yield line
                 continue
-            (first, second, *cells, error, seconds) = next(csv.reader(io.StringIO(line.decode(), newline="")))
-            yield _line([first, second, *("" if j < 0 else cells[j] for j in at), error, seconds])
+            (first, second, *cells, error, seconds) = _split(line)
+            yield b",".join([first, second, *(b"" if j < 0 else cells[j] for j in at), error, seconds]) + b"\n"
 
 
 def _places(names: Sequence[str], ordered: Sequence[str]) -> list[int] | None:
@@ -111,6 +121,22 @@ def _places(names: Sequence[str], ordered: Sequence[str]) -> list[int] | None:
         return None
     known = {name: i for i, name in enumerate(names)}
     return [known.get(name, -1) for name in ordered]
+
+
+_QUOTED = re.compile(rb'"[^"]*(?:""[^"]*)*"|[^,]*')
+
+
+def _split(line: bytes) -> list[bytes]:
+    """The cells of a line of ours as they stand in it, of any length: `csv` reads none of more than 131072 letters."""
+    if b'"' not in line:
+        return line[:-1].split(b",")
+    cells, at = [], 0
+    while at < len(line):
+        found = _QUOTED.match(line, at, len(line) - 1)
+        assert found is not None  # it matches nothing at all, too
+        cells.append(found[0])
+        at = found.end() + 1
+    return cells
 
 
 class _Encoder:
@@ -129,7 +155,7 @@ def _values(line: Mapping[str, Any]) -> dict[str, Any]:
     for cable in line.get("cables") or ():
         name = cable["name"]
         for key, value in cable.items():
-            if value.__class__ is str and key not in _LEFT_OUT:
+            if value.__class__ in _TEXTS and key not in _LEFT_OUT:
                 found[f"{name}.{key}"] = value  # most are, for numbers stay texts
             elif key not in _LEFT_OUT:
                 _put(found, f"{name}.{key}", key, value)
@@ -161,12 +187,21 @@ def _axes(column: str) -> tuple[str, str, str]:
 
 def _cells(values: Iterable[Any]) -> list[Any]:
     """Values as they stand in CSV; nothing for none."""
-    return [value if value is None or value.__class__ is str else _cell(value) for value in values]
+    return [value if value is None or value.__class__ in _TEXTS else _cell(value) for value in values]
 
 
 def _cell(value: Any) -> Any:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, list | dict):
-        return json.dumps(value, ensure_ascii=False)
+        return _json(value)
     return value
+
+
+def _json(value: Any) -> str:
+    """A value as JSON, with numbers as they were written."""
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{_json(key)}: {_json(part)}' for key, part in value.items())}}}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_json, value))}]"
+    return str(value) if isinstance(value, _Digits) else json.dumps(value, ensure_ascii=False)

@@ -91,23 +91,53 @@ def check_id(row: Row) -> None:
         raise SceneError([Mistake("id", problem, row.id) for problem in wrong])
 
 
-def row_hash(row: Row, *settings: object, contents: dict[Path, bytes] | None = None) -> str:
-    """The hash of a row's scene, of the contents of its parts, of settings of the batch and of cablecad's version.
+@dataclass(frozen=True, slots=True)
+class RowInput:
+    """What the result of a row depends on.
+
+    Attributes:
+        hash: Of the row's id and scene, of the contents of its files, of settings of the batch and of cablecad's
+            version.
+        files: What is read where the row is worked on: its scene, where that is a path, and its parts.
+        state: Of these files, see `files_state`.
+    """
+
+    hash: str
+    files: tuple[Path, ...]
+    state: int
+
+
+Contents = dict[Path, tuple[bytes, int]]
+"""The hashes of what files hold, and the files' states."""
+
+
+def row_hash(row: Row, *settings: object) -> str:
+    """The hash of what the result of a row depends on."""
+    return row_input(row, *settings).hash
+
+
+def row_input(row: Row, *settings: object, contents: Contents | None = None) -> RowInput:
+    """What the result of a row depends on.
 
     Args:
         row: The row.
         settings: What else its result depends on.
-        contents: Keeps the hashes of the parts' files from row to row; without it each is looked at anew.
+        contents: Keeps what is known of the parts' files from row to row; without it each is looked at anew.
     """
-    digest = blake2b(_SETTINGS.encode([__version__, *settings]).encode(), digest_size=HASH_BYTES)
+    digest = blake2b(_SETTINGS.encode([__version__, row.id, *settings]).encode(), digest_size=HASH_BYTES)
     scene = row.scene
     parts: Sequence[Path] = ()
+    files: list[Path] = []
+    states: list[int] = []
     if isinstance(scene, RawScene):
         digest.update(_RAW.encode(scene.data).encode())
-        parts = _raw_parts(scene)
+        parts = raw_parts(scene)
     else:
         if isinstance(scene, Path):
-            digest.update(_content_hash(scene))
+            content, state = _content(scene)
+            digest.update(content)
+            files.append(scene)
+            states.append(state)
             with contextlib.suppress(CablecadError):  # a row that will fail, which is seen when it is worked on
                 scene = load_scene(scene) if scene.is_file() else scene  # a pipe would keep us waiting
         if isinstance(scene, Scene):
@@ -116,12 +146,30 @@ def row_hash(row: Row, *settings: object, contents: dict[Path, bytes] | None = N
     contents = {} if contents is None else contents
     for part in parts:
         if part not in contents:
-            contents[part] = _content_hash(part)
-        digest.update(contents[part])
-    return digest.hexdigest()
+            contents[part] = _content(part)
+        digest.update(contents[part][0])
+        states.append(contents[part][1])
+    return RowInput(digest.hexdigest(), (*files, *parts), hash(tuple(states)) if states else 0)
 
 
-def _raw_parts(scene: RawScene) -> list[Path]:
+def files_state(files: Sequence[Path]) -> int:
+    """What tells without reading them whether files are as they were: their times, sizes and places on the disk."""
+    return hash(tuple(map(file_state, files))) if files else 0
+
+
+def file_state(path: Path) -> int:
+    """The same of one file; 0 for one that is not there."""
+    try:
+        return _state(path.stat())
+    except (OSError, ValueError):
+        return 0
+
+
+def _state(status: os.stat_result) -> int:
+    return hash((status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns))
+
+
+def raw_parts(scene: RawScene) -> list[Path]:
     """The files of the parts, as far as the raw data name them."""
     folder = scene.source.parent if scene.source is not None else Path()
     parts = scene.data.get("parts")
@@ -129,19 +177,20 @@ def _raw_parts(scene: RawScene) -> list[Path]:
     return [folder / name for name in names if isinstance(name, str) and "\0" not in name]
 
 
-def _content_hash(path: Path) -> bytes:
-    """The hash of what a file holds; of a file that cannot be read or is none, that of its path."""
+def _content(path: Path) -> tuple[bytes, int]:
+    """The hash of what a file holds, and its state; of a file that cannot be read or is none, that of its path."""
     try:
         status = path.stat()
     except (OSError, ValueError):
-        return os.fsencode(path)
+        return os.fsencode(path), 0
+    state = _state(status)
     if not stat.S_ISREG(status.st_mode):  # a pipe would keep us waiting
-        return os.fsencode(path)
-    return _hash_of(os.path.realpath(path), status.st_mtime_ns, status.st_size)
+        return os.fsencode(path), state
+    return _hash_of(os.path.realpath(path), state), state
 
 
 @lru_cache(maxsize=256)
-def _hash_of(path: str, _mtime: int, _size: int) -> bytes:
+def _hash_of(path: str, _state: int) -> bytes:
     try:
         return blake2b(Path(path).read_bytes(), digest_size=16).digest()
     except OSError:

@@ -13,15 +13,17 @@ from os import PathLike
 from pathlib import Path
 from typing import Literal
 
-from cablecad.batch.journal import REPORTS, Folder, Journal, RowKeys, forget, keep_finished
-from cablecad.batch.pool import WorkerPool
+from cablecad.batch.inputs import Inputs
+from cablecad.batch.journal import REPORTS, Folder, Journal, forget, keep_finished
+from cablecad.batch.keys import RowKeys
+from cablecad.batch.pool import WorkerPool, check_timeout
 from cablecad.batch.results import RESULTS, write_results
-from cablecad.batch.rows import Row, check_id, row_hash, same_id
+from cablecad.batch.rows import Row, check_id, same_id
 from cablecad.batch.schedule import InlineExecutor, Schedule, preload, processors
 from cablecad.batch.summary import Summary
 from cablecad.batch.task import RowResult, Task, step_path
 from cablecad.errors import ExchangeError, Mistake, SceneError, UsageError
-from cablecad.files import remove_leftovers
+from cablecad.files import explained, remove_leftovers
 
 _log = logging.getLogger(__name__)
 
@@ -34,9 +36,6 @@ LEAST_BUILT = 16
 
 LEAST_SOLVED = 400
 """The same for results only."""
-
-_MOST_FILES = 1000
-"""So many files of parts have their hashes kept while rows are looked over."""
 
 Output = Literal["step", "none"]
 
@@ -80,8 +79,8 @@ def run_batch(
     finished is kept for `resume`.
 
     Args:
-        rows: From `table_rows`, `grid_rows`, `scene_rows`, or made in Python. They are gone through twice; a generator
-            is put into a list first.
+        rows: From `table_rows`, `grid_rows`, `scene_rows`, or made in Python. They are gone through twice or more
+            often; a generator is put into a list first.
         folder: Where everything goes; made if it is not there.
         output: "step" for solids, "none" for results only.
         executor: Any `concurrent.futures.Executor`; its processes need the folder and the parts at the same paths. It
@@ -89,10 +88,11 @@ def run_batch(
         workers: Worker processes of our own; 0 works in this process. None takes as many as there are processors where
             the work outweighs their start.
         timeout: How long a row may take [s]; then its process is ended and the row is `timed_out`. Processes of
-            another's executor cannot be ended: such a row goes on unheard.
+            another's executor cannot be ended: such a row goes on unheard. Their start is not counted, but that of one
+            which comes later, in the place of another, is.
         resume: Skip rows that an earlier run finished with the same input; those that crashed or timed out are tried
             again.
-        force: Forget an earlier run.
+        force: Forget an earlier run; overwrite a ``results.csv`` of which no journal tells whose it is.
         strict: Whether a broken `min_bend_radius` fails its row.
         progress: Called whenever rows were done.
 
@@ -102,8 +102,8 @@ def run_batch(
     Raises:
         SceneError: Ids that cannot name files, or that two rows have.
         UsageError: The folder holds an earlier run, and neither `resume` nor `force` is given; or it is in use; or
-            SOURCE_DATE_EPOCH is not a time.
-        ExchangeError: The output cannot be written.
+            an output is also an input; or SOURCE_DATE_EPOCH is not a time.
+        ExchangeError: The output cannot be written; or a row, or a file it reads, changed while the batch ran.
         MissingDependencyError: Solids are asked for and there is no Open Cascade.
     """
     _check_settings(executor, workers, timeout, resume, force)
@@ -143,8 +143,7 @@ def _check_settings(
         raise UsageError("give either an executor or a number of workers, and not both")
     if workers is not None and workers < 0:
         raise UsageError(f"the number of workers is {workers}, but must be 0 (in this process) or more")
-    if timeout is not None and not timeout > 0.0:
-        raise UsageError(f"the timeout is {timeout:g} s, but must be more than 0")
+    check_timeout(timeout)
     if timeout is not None and workers == 0:
         raise UsageError("a timeout needs worker processes, which can be ended: give 1 or more")
     epoch = os.environ.get("SOURCE_DATE_EPOCH") or "0"
@@ -164,47 +163,62 @@ class _Batch:
         self.builds = output == "step"
         self.epoch = os.environ.get("SOURCE_DATE_EPOCH")
         self.keys = RowKeys()
+        self.inputs: Inputs
         self.finished = bytearray()
         self.journal: Journal
         self.schedule: Schedule | None = None
 
     def look_over(self, rows: Iterable[Row]) -> None:
-        """Learn the rows' ids and the hashes of their inputs.
+        """Learn the rows' ids, their inputs and the hashes of these.
 
         Raises:
             SceneError: Ids that cannot name files, or that two rows have.
+            UsageError: An output is also an input.
         """
-        settings = (self.builds, self.strict, self.epoch if self.builds else None)
-        contents: dict[Path, bytes] = {}
+        self.inputs = Inputs(rows, (self.builds, self.strict, self.epoch if self.builds else None))
         for row in rows:
             check_id(row)
-            self.keys.add(row.id, row_hash(row, *settings, contents=contents))
-            if len(contents) > _MOST_FILES:
-                contents.clear()
+            self.keys.add(row.id, self.inputs.look_at(row))
         suspects = set(self.keys.settle())
         if suspects:
             _refuse_doubles((row.id for i, row in enumerate(rows) if i in suspects), sorted(suspects))
+        for name in (REPORTS, RESULTS):
+            self.inputs.check_output(self.folder / name)
+        if self.builds:
+            for row in rows:
+                self.inputs.check_output(step_path(self.folder, row.id))
 
     def open(self, *, resume: bool, force: bool) -> None:
         """Open the journal, and find out which rows it has.
 
         Raises:
-            UsageError: It is there, and nobody said what to do with it.
+            UsageError: It is there, and nobody said what to do with it; or results are without it.
             ExchangeError: It cannot be read or written.
         """
-        path = self.folder / REPORTS
+        path, results = self.folder / REPORTS, self.folder / RESULTS
+        for output in (path, results):  # before anything is removed, and before a pipe keeps us waiting
+            if output.exists() and not output.is_file():
+                raise ExchangeError(
+                    f"{output} cannot be written: it is a folder, a pipe or a device; move it away, or give another "
+                    "folder"
+                )
+        if results.exists() and not path.exists() and not force:
+            raise UsageError(
+                f"{results} is there without {REPORTS}, so that no earlier run is known to have written it: --force "
+                "overwrites it; or give another folder"
+            )
         self.finished = bytearray(len(self.keys))
         if path.exists() and path.stat().st_size:
             if resume:
-                self.finished = keep_finished(path, self.keys, self.folder if self.builds else None)
+                self.finished = keep_finished(path, self.keys, self.folder, self.inputs, builds=self.builds)
             elif force:
-                forget(path, self.folder)
+                forget(path, self.folder, self.inputs)
             else:
                 raise UsageError(
                     f"{path} is of an earlier run: --resume goes on with it, --force forgets it; or give another folder"
                 )
-        with contextlib.suppress(FileNotFoundError):
-            (self.folder / RESULTS).unlink()  # of an earlier run: it must not be taken for this one's
+        with explained(str(results)):
+            results.unlink(missing_ok=True)  # of an earlier run: it must not be taken for this one's
         self.journal = Journal(path)
 
     def work(
@@ -223,6 +237,7 @@ class _Batch:
             fresh = [result for result in results if not self.finished[places[result.id]]]
             by_id = {row.id: row for row in task.rows}
             for result in fresh:
+                self._check_inputs(places[result.id], by_id[result.id])
                 self._check_written(result)
             self.journal.append(
                 [(result, self.keys.input_hash(places[result.id]), by_id[result.id].overrides) for result in fresh]
@@ -239,7 +254,7 @@ class _Batch:
             if progress is not None:
                 progress(standing)
 
-        self.schedule = Schedule(executor, self._tasks(rows), done, timeout=timeout)
+        self.schedule = Schedule(executor, self._tasks(rows), done, builds=self.builds, timeout=timeout)
         self.schedule.run()
 
     def _row(self, row_id: str) -> int:
@@ -254,32 +269,52 @@ class _Batch:
             ExchangeError: The rows are not those that were looked over.
         """
         folder = str(self.folder.absolute()) if self.builds else None
+        most = 1 if self.builds else BLOCK
         block: list[Row] = []
-        wanted = False
         count = 0
-        for i, row in enumerate(rows):
-            count += 1
-            if not self.keys.is_row(i, row.id):
+        for row in _read_again(rows):
+            if not self.keys.is_row(count, row.id):
                 raise ExchangeError(
-                    f"the rows changed while they were worked on: row {i + 1} was not {row.id!r} before"
+                    f"the rows changed while they were worked on: row {count + 1} was not {row.id!r} before"
                 )
-            if self.builds:
-                if not self.finished[i]:
-                    yield Task((row,), folder, self.strict, self.epoch)
-                continue
             block.append(row)
-            wanted = wanted or not self.finished[i]
-            if len(block) == BLOCK:
-                if wanted:
-                    yield Task(tuple(block), None, self.strict)
-                block, wanted = [], False
-        if wanted:
-            yield Task(tuple(block), None, self.strict)
+            count += 1
+            if len(block) == most:
+                yield from self._task(count, block, folder)
+                block = []
+        if block:
+            yield from self._task(count, block, folder)
         if count != len(self.keys):
             raise ExchangeError(f"the rows changed while they were worked on: {count} are left of {len(self.keys)}")
 
+    def _task(self, end: int, block: list[Row], folder: str | None) -> Iterator[Task]:
+        """The task of the rows before a place, if one of them is not finished."""
+        first = end - len(block)
+        self.inputs.check_handed_out(first, block, self.keys)
+        if not all(self.finished[first:end]):
+            yield Task(tuple(block), folder, self.strict, self.epoch if self.builds else None)
+
+    def _check_inputs(self, place: int, row: Row) -> None:
+        """See that a row was worked on with the input it is to have; if not, no file of it is left.
+
+        Raises:
+            ExchangeError: One of its files changed meanwhile.
+        """
+        try:
+            self.inputs.check_done(place, row, self.keys)
+        except ExchangeError:
+            self._remove_step(row.id)
+            raise
+
+    def _remove_step(self, row_id: str) -> None:
+        """Remove the STEP file of a row that has none: a killed run's, or one that was there before."""
+        path = step_path(self.folder, row_id)
+        if self.builds and (path.is_file() or path.is_symlink()):
+            with explained(str(path)):
+                path.unlink()
+
     def _check_written(self, result: RowResult) -> None:
-        """See that a STEP file is where it is said to be; where a process died, that nothing is left of it.
+        """See that a STEP file is where it is said to be, and that there is none of a row without.
 
         Raises:
             ExchangeError: A process of another machine wrote it where this one cannot see it.
@@ -289,7 +324,9 @@ class _Batch:
         path = step_path(self.folder, result.id)
         if result.status in ("crashed", "timed_out"):
             remove_leftovers(path)
-        elif result.size is not None and not (path.is_file() and path.stat().st_size == result.size):
+        if result.size is None:
+            self._remove_step(result.id)
+        elif not (path.is_file() and path.stat().st_size == result.size):
             raise ExchangeError(
                 f"{path} is not what a worker says it has written there; all workers must see this folder at one path"
             )
@@ -317,6 +354,18 @@ def _executor(batch: _Batch, workers: int | None, timeout: float | None, *, isol
     if not workers:
         return InlineExecutor()
     return WorkerPool(min(workers, tasks), timeout=timeout, preload=preload(batch.builds))
+
+
+def _read_again(rows: Iterable[Row]) -> Iterator[Row]:
+    """The rows once more.
+
+    Raises:
+        ExchangeError: They cannot be made any more.
+    """
+    try:
+        yield from rows
+    except SceneError as error:
+        raise ExchangeError(f"the rows changed while they were worked on: {error}") from error
 
 
 def _refuse_doubles(ids: Iterable[str], rows: list[int]) -> None:

@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import math
 import os
+import platform
 import signal
 import threading
 import time
@@ -22,13 +24,19 @@ from types import FrameType
 from typing import Any
 
 from cablecad.batch.pool import WorkerPool
-from cablecad.batch.task import RowResult, Status, Task, run_task
+from cablecad.batch.task import RowResult, Status, Task, get_ready, run_task
 from cablecad.errors import ExchangeError, MissingDependencyError, OvertimeError, UsageError, WorkerStartError
 
 _log = logging.getLogger(__name__)
 
 _POLL = 0.2
 """How often overdue tasks of an executor that is not ours are looked for [s]."""
+
+_PAUSE = 0.1
+"""How long a worker that is ready leaves the others their turn [s]."""
+
+_NO_MORE = 5.0
+"""So long after the last new worker answered no other is waited for [s]: there may be fewer than is told."""
 
 Done = Callable[[Task, list[RowResult]], None]
 """Called with a task and the results of its rows, as they come."""
@@ -103,8 +111,11 @@ class _Flight:
 class Schedule:
     """The tasks of a batch, those on their way, and those to be tried again."""
 
-    def __init__(self, executor: Executor, tasks: Iterator[Task], done: Done, *, timeout: float | None) -> None:
+    def __init__(
+        self, executor: Executor, tasks: Iterator[Task], done: Done, *, builds: bool, timeout: float | None
+    ) -> None:
         self._executor = executor
+        self._builds = builds
         self._tasks = tasks
         self._done = done
         self._timeout = timeout
@@ -123,6 +134,7 @@ class Schedule:
             WorkerStartError: No process of our own can be started.
         """
         try:
+            self._get_ready()
             self._fill()
             while self._flights:
                 timeout = None if self._timeout is None else _POLL
@@ -144,6 +156,33 @@ class Schedule:
     def rows_in_flight(self) -> list[str]:
         """The ids of the rows that were begun and are not done."""
         return [row.id for flight in self._flights.values() for row in flight.task.rows]
+
+    def _get_ready(self) -> None:
+        """Have the workers of an executor that is not ours start and import, where tasks are timed from outside.
+
+        Raises:
+            ExchangeError: The executor is gone.
+        """
+        if self._timeout is None or self._ends_overtime:
+            return
+        workers = max_workers(self._executor)
+        seen: set[tuple[str, int, int]] = set()
+        last = math.inf
+        try:
+            while len(seen) < workers and time.monotonic() < last + _NO_MORE:
+                calls = [self._executor.submit(get_ready, preload(self._builds), _PAUSE) for _ in range(workers)]
+                for worker in (call.result() for call in calls):
+                    if worker[:2] == (platform.node(), os.getpid()):  # threads of this process share what is imported
+                        return
+                    if worker not in seen:
+                        seen.add(worker)
+                        last = time.monotonic()
+        except CancelledError as error:
+            raise _gave_up() from error
+        except BrokenExecutor:
+            self._leave_broken()
+        except Exception as error:  # noqa: BLE001 - what ails the executor the tasks will tell of
+            _log.info("the executor is not ready: %r", error)
 
     def _fill(self) -> None:
         """Send off as many tasks as keep the workers busy."""
@@ -170,10 +209,7 @@ class Schedule:
         except (ExchangeError, MissingDependencyError, UsageError, WorkerStartError):
             raise  # of every row
         except CancelledError as error:
-            raise ExchangeError(
-                "the executor gave up its tasks (a scheduler that stopped, a shutdown); start it again, and the batch "
-                "with --resume"
-            ) from error
+            raise _gave_up() from error
         except BrokenExecutor:  # which task broke it is not told: all of them are done anew, where it will be
             self._leave_broken()
             self._again.append(flight)
@@ -241,11 +277,17 @@ class Schedule:
         """Go on with processes of our own after the executor broke."""
         if self._own is None:
             _log.warning("the executor broke, as a process of it died; going on with worker processes of our own")
-            builds = any(flight.task.folder is not None for flight in (*self._flights.values(), *self._again))
             workers = max_workers(self._executor)
-            self._own = WorkerPool(workers, timeout=self._timeout, preload=preload(builds))
+            self._own = WorkerPool(workers, timeout=self._timeout, preload=preload(self._builds))
         self._executor = self._own
         self._hung.clear()
+
+
+def _gave_up() -> ExchangeError:
+    return ExchangeError(
+        "the executor gave up its tasks (a scheduler that stopped, a shutdown); start it again, and the batch with "
+        "--resume"
+    )
 
 
 def max_workers(executor: Executor) -> int:

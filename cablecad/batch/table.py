@@ -24,6 +24,9 @@ _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _MOST_MISTAKES = 100
 """Mistakes told of one by one: who has more has made one of them a thousand times."""
 
+_MOST_LAYOUTS = 1000
+"""Sets of columns that are remembered as naming nothing twice: most tables have one."""
+
 Cells = dict[str, Any]
 
 
@@ -40,6 +43,7 @@ class TableRows:
     base: RawScene
     _targets: dict[str, Target] = field(default_factory=dict, compare=False)
     _wholes: dict[str, bool] = field(default_factory=dict, compare=False)
+    _apart: set[tuple[str, ...]] = field(default_factory=set, compare=False)
 
     def __iter__(self) -> Iterator[Row]:
         """Read the table once more.
@@ -53,6 +57,9 @@ class TableRows:
 
     def row(self, number: int, cells: Cells) -> Row:
         """The row that stands at a place of the table, counted from 1."""
+        clashes = self.clashes(tuple(name for name in cells if name != "id"))
+        if clashes:
+            raise SceneError(clashes.values())
         changes, shown = [], {}
         for name, cell in cells.items():
             if name == "id":
@@ -82,12 +89,23 @@ class TableRows:
     def target(self, name: str) -> Target:
         """The place a column names."""
         if name not in self._targets:
-            target = find_target(name, self.base.data)
-            for other in self._targets.values():
-                if overlaps(target, other):
-                    raise SceneError([Mistake(name, f"names what {other.name} names too, or a part of it; keep one")])
-            self._targets[name] = target
+            self._targets[name] = find_target(name, self.base.data)
         return self._targets[name]
+
+    def clashes(self, names: tuple[str, ...]) -> dict[str, Mistake]:
+        """Which columns of a row name what an earlier one of it names; JSON Lines have other columns in each row."""
+        if names in self._apart:
+            return {}
+        found: dict[str, Mistake] = {}
+        for i, name in enumerate(names):
+            for other in names[:i]:
+                if overlaps(self.target(name), self.target(other)):
+                    found[name] = Mistake(name, f"names what {other} names too, or a part of it; keep one")
+        if not found:
+            if len(self._apart) >= _MOST_LAYOUTS:
+                self._apart.clear()
+            self._apart.add(names)
+        return found
 
 
 def table_rows(table: str | PathLike[str], scene: str | PathLike[str]) -> TableRows:
@@ -137,6 +155,11 @@ def _row_mistakes(rows: TableRows, number: int, cells: Cells, told: set[str]) ->
                 yield from error.mistakes
         else:
             good[name] = cell
+    for name, mistake in rows.clashes(tuple(name for name in good if name != "id")).items():
+        del good[name]
+        if name not in told:
+            told.add(name)
+            yield mistake
     for problem in id_mistakes(_id_of(number, cells)):
         yield Mistake("id", problem, _id_of(number, cells))
     try:
@@ -221,9 +244,8 @@ def _lines(path: Path) -> Iterator[tuple[int, Cells]]:
 
 
 def _csv(file: Any, path: Path) -> Iterator[tuple[int, Cells]]:
-    first = file.readline()
-    file.seek(0)
-    # A dotted name holds none of these, so the one that is there most parts the columns.
+    first = _header_text(file)
+    # Outside of quotes a dotted name holds none of these, so the one that is there most parts the columns.
     delimiter = max(",;\t", key=first.count)
     reader = csv.reader(file, delimiter=delimiter, strict=True)
     header: list[str] | None = None
@@ -241,6 +263,19 @@ def _csv(file: Any, path: Path) -> Iterator[tuple[int, Cells]]:
                 yield reader.line_num, {name: _Text(cell) for name, cell in zip(header, cells, strict=True)}
     except csv.Error as error:
         yield reader.line_num, {"": _Wrong(f"is no CSV: {error}")}
+
+
+def _header_text(file: Any) -> str:
+    """The line of the header without what stands in quotes; the file is at its beginning again."""
+    text = ""
+    for line in iter(file.readline, ""):
+        text += line
+        if text.strip(" ,;\t\r\n") and text.count('"') % 2 == 0:
+            break
+        if not text.strip(" ,;\t\r\n"):
+            text = ""  # a blank line before it
+    file.seek(0)
+    return re.sub('"[^"]*"', "", text)
 
 
 def _check_header(header: list[str], path: Path) -> None:

@@ -7,9 +7,11 @@ kernel) is raised, and ends the batch.
 from __future__ import annotations
 
 import contextlib
+import importlib
 import json
 import logging
 import os
+import platform
 import threading
 import time
 from collections.abc import Iterator, Sequence
@@ -82,6 +84,20 @@ class RowResult:
 def step_path(folder: str | Path, row_id: str) -> Path:
     """Where the STEP file of a row goes."""
     return Path(folder) / f"{row_id}.step"
+
+
+def get_ready(modules: Sequence[str], pause: float) -> tuple[str, int, int]:
+    """Import what tasks need, before their time is taken; returns which worker this is: machine, process and thread.
+
+    Args:
+        modules: What is imported; one that cannot be is the first task's to tell of.
+        pause: How long to wait after it, so that the others get their turn [s].
+    """
+    for module in modules:
+        with contextlib.suppress(ImportError):
+            importlib.import_module(module)
+    time.sleep(pause)
+    return platform.node(), os.getpid(), threading.get_ident()
 
 
 def run_task(task: Task, *, collect: bool = True) -> list[RowResult]:

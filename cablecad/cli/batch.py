@@ -76,7 +76,7 @@ _DASK_WAIT = "10s"
     help="How long a row may take; then it is ended, and the others go on.",
 )
 @click.option("--resume", is_flag=True, help="Skip the rows an earlier run finished with the same input.")
-@click.option("--force", is_flag=True, help="Forget an earlier run in DIR.")
+@click.option("--force", is_flag=True, help="Forget an earlier run in DIR, and overwrite its results.")
 @click.option("--strict", is_flag=True, help="A broken min_bend_radius fails its row.")
 @verbosity_options
 def batch(
@@ -105,7 +105,7 @@ def batch(
         raise UsageError("--resume goes on with an earlier run and --force forgets it; give one of them")
     if timeout is not None and workers == 0:
         raise UsageError("--timeout needs worker processes, which can be ended: give -j 1 or more")
-    rows = _rows(inputs, scene_path, axes, folder)
+    rows = _rows(inputs, scene_path, axes)
     with _dask(address) as executor, _remedy(folder), _progress() as show:
         summary = run_batch(
             rows,
@@ -128,10 +128,9 @@ def batch(
     return summary.exit_code
 
 
-def _rows(inputs: tuple[Path, ...], scene_path: Path | None, axes: tuple[str, ...], folder: Path) -> Iterable[Row]:
+def _rows(inputs: tuple[Path, ...], scene_path: Path | None, axes: tuple[str, ...]) -> Iterable[Row]:
     """The rows that are asked for."""
     from cablecad.batch import grid_rows, scene_rows, table_rows
-    from cablecad.files import same_file
 
     tables = [path for path in inputs if path.suffix.lower() in _TABLES]
     if axes:
@@ -145,9 +144,6 @@ def _rows(inputs: tuple[Path, ...], scene_path: Path | None, axes: tuple[str, ..
             raise UsageError(
                 f"--scene needs the one table whose rows override it, or --grid; given are {len(inputs)} files"
             )
-        for name in ("reports.jsonl", "results.csv"):
-            if same_file(inputs[0], folder / name):
-                raise UsageError(f"table {inputs[0]} is also an output; write to another folder")
         return table_rows(inputs[0], scene_path)
     if tables:
         raise UsageError(f"{tables[0]} is a table: give --scene SCENE, the scene its rows override")

@@ -160,6 +160,22 @@ def test_a_broken_executor_is_left_for_processes_of_our_own(scene, undisturbed, 
     assert any("the executor broke" in message for message in caplog.messages)
 
 
+def test_the_start_of_an_executor_is_in_no_rows_time(scene, undisturbed, tmp_path):
+    """Nor are the imports of its processes."""
+    context = get_context("spawn")
+    with ProcessPoolExecutor(2, mp_context=context, initializer=time.sleep, initargs=(4.0,)) as executor:
+        table = table_rows(undisturbed, scene)
+        summary = run_batch(table, folder=tmp_path / "out", executor=executor, timeout=3.0)
+    assert summary.counts == {"done": 6}
+    assert_same(tmp_path / "whole", tmp_path / "out")
+
+
+def test_an_executor_that_breaks_before_it_is_ready(scene, undisturbed, tmp_path):
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=os._exit, initargs=(3,)) as executor:
+        summary = run_batch(table_rows(undisturbed, scene), folder=tmp_path / "out", executor=executor, timeout=60.0)
+    assert summary.counts == {"done": 6}
+
+
 def test_an_executor_whose_workers_all_hang_ends_the_batch(scene, tmp_path):
     fifo = make_fifo(tmp_path / "pipe.step")
     table = table_rows(parts(scene, "pipe.step", GOOD), scene)
@@ -249,6 +265,22 @@ def test_ctrl_c_ends_a_worker_that_hangs(scene, tmp_path, process):
     batch.send_signal(signal.SIGINT)
     assert batch.wait(timeout=60) == 130
     assert not Path(f"/proc/{pid}").exists()
+
+
+def test_a_file_without_its_line_is_not_left_to_a_row_that_fails(scene, undisturbed, tmp_path, process):
+    """A kill may come between the two, and the row may be another when the batch is resumed."""
+    batch = process("batch", undisturbed, "--scene", scene, "-o", tmp_path / "out", "-j", 1)
+    wait_until(lambda: lines_in(tmp_path / "out") >= 2)
+    batch.kill()
+    batch.wait()
+    path = tmp_path / "out" / "reports.jsonl"
+    content = path.read_bytes()
+    path.write_bytes(content[: content.index(b"\n") + 1])
+    assert (tmp_path / "out" / "r1.step").exists()
+    table = table_rows(parts(scene, GOOD, "none.step"), scene)
+    summary = run_batch(table, folder=tmp_path / "out", workers=0, resume=True)
+    assert summary.counts == {"done": 1, "failed": 1}
+    assert not (tmp_path / "out" / "r1.step").exists()
 
 
 def test_a_line_torn_by_a_kill_is_done_anew(scene, undisturbed, tmp_path, process):

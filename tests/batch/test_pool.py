@@ -15,7 +15,7 @@ import pytest
 from variants import children, wait_until
 
 from cablecad.batch import WorkerPool
-from cablecad.errors import OvertimeError, WorkerDiedError, WorkerStartError
+from cablecad.errors import OvertimeError, UsageError, WorkerDiedError, WorkerStartError
 
 
 def workers() -> list[int]:
@@ -92,6 +92,17 @@ def test_a_call_that_takes_too_long_is_ended():
         assert next_one.result() > 0
     finally:
         pool.kill()
+
+
+@pytest.mark.parametrize("timeout", [math.inf, math.nan, 0.0, -1.0])
+def test_a_timeout_that_is_none(timeout):
+    with pytest.raises(UsageError, match="must be more than 0 and finite"):
+        WorkerPool(1, timeout=timeout)
+
+
+def test_a_timeout_longer_than_a_thread_can_wait():
+    with WorkerPool(1, timeout=1e300) as pool:
+        assert pool.submit(math.sqrt, 4.0).result() == 2.0
 
 
 def test_shutdown_waits_for_what_was_submitted():

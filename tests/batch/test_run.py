@@ -8,7 +8,7 @@ from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 
 import pytest
-from variants import CLAMPED, STRAIGHT, assert_same, journal, lengths, results, timeless, write
+from variants import CLAMPED, STRAIGHT, assert_same, journal, lengths, make_fifo, results, timeless, write
 
 import cablecad as cc
 from cablecad.batch import Row, grid_rows, run, run_batch, scene_rows, table_rows
@@ -60,7 +60,7 @@ def test_a_line_holds_the_report_of_solve(table, tmp_path):
     from cablecad.pipeline import solve_scene
 
     report = timeless(solve_scene(next(iter(table)).resolve()).report())
-    assert line.keys() - report.keys() == {"id", "status", "exit_code", "hash", "overrides", "error"}
+    assert line.keys() - report.keys() == {"id", "status", "exit_code", "hash", "overrides", "error", "size"}
     one, other = line["cables"][0], report["cables"][0]
     assert one.keys() == other.keys()
     for key in ("length", "bend_radius_min", "rise", "energy", "self_gap"):
@@ -244,6 +244,7 @@ def test_an_executor_that_gives_up_its_tasks_ends_the_batch(table, tmp_path):
         ({"workers": -1}, "the number of workers is -1"),
         ({"timeout": 0.0}, "the timeout is 0 s"),
         ({"timeout": math.nan}, "the timeout is nan s"),
+        ({"timeout": math.inf}, "the timeout is inf s, but must be more than 0 and finite"),
         ({"timeout": 1.0, "workers": 0}, "a timeout needs worker processes"),
         ({"resume": True, "force": True}, "give one of them"),
         ({"executor": ThreadPoolExecutor(1), "workers": 1}, "either an executor or a number of workers"),
@@ -253,6 +254,60 @@ def test_settings_that_make_no_sense(table, tmp_path, settings, words):
     with pytest.raises(UsageError, match=words):
         run_batch(table, folder=tmp_path / "out", **settings)
     assert not (tmp_path / "out").exists()
+
+
+def test_a_row_of_another_id_is_another_row(tmp_path, scene):
+    """Even where the two would name one file on some systems."""
+    for ids, kept in ((["l300"], 0), (["L300"], 0), (["L300"], 1)):
+        table = write(tmp_path / "t.csv", "id,cables.W1.length\n" + "".join(f"{row_id},300\n" for row_id in ids))
+        summary = run_batch(table_rows(table, scene), folder=tmp_path / "out", output="none", resume=True)
+        assert (summary.kept, list(journal(tmp_path / "out"))) == (kept, ids)
+
+
+def test_numbers_in_lists_and_tables_come_out_as_they_were_written(tmp_path, scene):
+    text = '{"id": "a", "cables.W1.end.position": [0, 120.50, 0], "cables.W1.equilibrium": {"winding": 0}}\n'
+    text += '{"id": "b", "name": "3.0, \\"quoted\\"\\nand more"}\n'
+    table = write(tmp_path / "t.jsonl", text)
+    run_batch(table_rows(table, scene), folder=tmp_path / "out", output="none")
+    a, b = results(tmp_path / "out")
+    assert (a["cables.W1.end.position"], a["cables.W1.equilibrium"]) == ("[0, 120.5, 0]", '{"winding": 0}')
+    assert (b["name"], b["cables.W1.end.position"]) == ('3.0, "quoted"\nand more', "")
+
+
+def test_a_text_of_any_length_is_in_the_results(tmp_path, scene):
+    """`csv` reads no cell of more than 131072 letters, by itself."""
+    name = 'x"' * 70_000
+    table = write(
+        tmp_path / "t.jsonl", json.dumps({"id": "a", "name": name}) + '\n{"id": "b", "cables.W1.length": 300}\n'
+    )
+    assert run_batch(table_rows(table, scene), folder=tmp_path / "out", output="none").counts == {"done": 2}
+    text = (tmp_path / "out" / "results.csv").read_text(encoding="utf-8")
+    doubled = name.replace('"', '""')
+    assert f'a,done,"{doubled}",' in text
+
+
+@pytest.mark.parametrize("name", ["reports.jsonl", "results.csv"])
+@pytest.mark.parametrize("make", [lambda path: path.mkdir(), make_fifo], ids=["folder", "pipe"])
+@pytest.mark.parametrize("settings", [{}, {"force": True}, {"resume": True}], ids=["", "force", "resume"])
+def test_what_is_no_file_is_not_written_over(table, tmp_path, name, make, settings):
+    (tmp_path / "out").mkdir()
+    make(tmp_path / "out" / name)
+    with pytest.raises(ExchangeError, match=f"{name} cannot be written: it is a folder, a pipe or a device"):
+        run_batch(table, folder=tmp_path / "out", output="none", **settings)
+    assert [path.name for path in (tmp_path / "out").iterdir()] == [name]
+
+
+def test_results_without_a_journal_are_not_an_earlier_runs(table, tmp_path):
+    (tmp_path / "out").mkdir()
+    theirs = write(tmp_path / "out" / "results.csv", "mine\n")
+    for resume in (False, True):
+        with pytest.raises(UsageError, match=r"results\.csv is there without reports\.jsonl.*--force overwrites it"):
+            run_batch(table, folder=tmp_path / "out", output="none", resume=resume)
+        assert theirs.read_text() == "mine\n"
+    assert run_batch(table, folder=tmp_path / "out", output="none", force=True).total == 10
+    theirs.unlink()
+    (tmp_path / "out" / "reports.jsonl").unlink()
+    assert run_batch(table, folder=tmp_path / "out", output="none", resume=True).kept == 0
 
 
 def test_the_journal_is_plain_json_lines(tmp_path, scene):

@@ -11,7 +11,7 @@ from variants import CONNECTOR, PART, SAMPLES, STRAIGHT, assert_same, journal, w
 pytest.importorskip("OCP", reason="solids need the kernel")
 
 from cablecad.batch import WorkerPool, run_batch, table_rows
-from cablecad.errors import UsageError
+from cablecad.errors import ExchangeError, UsageError
 from cablecad.pipeline import Documents
 
 
@@ -141,14 +141,50 @@ def test_a_part_that_cannot_be_read_fails_its_row(tmp_path, scene):
     assert "part housing" in lines["a"]["error"]
 
 
-def test_an_output_that_is_a_part_fails_its_row(tmp_path, scene):
-    before = (tmp_path / "connector.step").read_bytes()
-    table = write(tmp_path / "t.csv", "id,cables.W1.diameter\nconnector,3\nother,4\n")
-    run_batch(table_rows(table, scene), folder=tmp_path, workers=0)
-    lines = journal(tmp_path)
-    assert (lines["connector"]["status"], lines["other"]["status"]) == ("failed", "done")
-    assert "is also an input" in lines["connector"]["error"]
-    assert (tmp_path / "connector.step").read_bytes() == before
+def test_a_failed_row_leaves_no_file_whoever_wrote_it(tmp_path, scene):
+    """A killed run's, whose line was not written any more, or another's."""
+    (tmp_path / "out").mkdir()
+    write(tmp_path / "out" / "r0.step", "not of this row")
+    summary = run_batch(diameters(scene, -1, 3), folder=tmp_path / "out", workers=0)
+    assert summary.counts == {"done": 1, "failed": 1}
+    assert [path.name for path in (tmp_path / "out").glob("*.step")] == ["r1.step"]
+    write(tmp_path / "out" / "r0.step", "not of this row")
+    assert run_batch(diameters(scene, -1, 3), folder=tmp_path / "out", workers=0, resume=True).kept == 1
+    assert [path.name for path in (tmp_path / "out").glob("*.step")] == ["r1.step"]
+
+
+def test_a_changed_row_leaves_no_file_of_the_old_one_without_solids_either(tmp_path, scene):
+    run_batch(diameters(scene, 3, 4), folder=tmp_path / "out", workers=0)
+    write(tmp_path / "out" / "other.step", "not ours")
+    run_batch(diameters(scene, 5, 4), folder=tmp_path / "out", output="none", resume=True)
+    assert [path.name for path in (tmp_path / "out").glob("*.step")] == ["other.step"]
+
+
+def test_results_only_tell_of_no_file_so_that_none_is_removed(tmp_path, scene):
+    run_batch(diameters(scene, 3, 4), folder=tmp_path / "out", output="none")
+    write(tmp_path / "out" / "r0.step", "not ours")
+    for settings in ({"resume": True}, {"force": True}):
+        run_batch(diameters(scene, 5, 4), folder=tmp_path / "out", output="none", **settings)
+        assert (tmp_path / "out" / "r0.step").read_text() == "not ours"
+
+
+@pytest.mark.parametrize("settings", [{"force": True}, {"resume": True}], ids=["force", "resume"])
+def test_a_file_that_cannot_be_removed_is_named(tmp_path, scene, settings):
+    run_batch(diameters(scene, 3, 4), folder=tmp_path / "out", workers=0)
+    (tmp_path / "out" / "r1.step").unlink()
+    (tmp_path / "out" / "r1.step").mkdir()
+    with pytest.raises(ExchangeError, match=r"r1\.step cannot be written: it is a folder"):
+        run_batch(diameters(scene, 5), folder=tmp_path / "out", workers=0, **settings)
+
+
+@pytest.mark.parametrize("size", [0, 1000])
+def test_a_row_whose_file_is_not_whole_is_not_finished(tmp_path, scene, size):
+    table = diameters(scene, 3, 4)
+    run_batch(table, folder=tmp_path / "out", workers=0)
+    before = (tmp_path / "out" / "r1.step").read_bytes()
+    os.truncate(tmp_path / "out" / "r1.step", size)
+    assert run_batch(table, folder=tmp_path / "out", workers=0, resume=True).kept == 1
+    assert (tmp_path / "out" / "r1.step").read_bytes() == before
 
 
 def test_a_time_stamp_that_is_none_ends_the_batch(tmp_path, scene, monkeypatch):

@@ -50,6 +50,26 @@ def test_jsonl(tmp_path, scene):
     assert (b.resolve().cables[0].length, b.resolve().cables[0].slack) == (None, 2.0)
 
 
+def test_rows_of_json_lines_may_name_what_others_name_a_part_of(tmp_path, scene):
+    whole, part = '"cables.W1.start.outward": [0, 1, 0]', '"cables.W1.start.outward[1]": 2'
+    a, b = rows_of(tmp_path, scene, f"{{{whole}}}\n{{{part}}}\n", "table.jsonl")
+    assert [row.resolve().cables[0].start.outward for row in (a, b)] == [(0, 1, 0), (0, 2, 1)]
+    found = mistakes_of(tmp_path, scene, f"{{{part}}}\n{{{whole}, {part}}}\n{{{whole}, {part}}}\n", "table.jsonl")
+    assert found == [
+        "line 2, cables.W1.start.outward[1]: names what cables.W1.start.outward names too, or a part of it; keep one"
+    ]
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
+@pytest.mark.parametrize("before", ["", "\n", " \r\n\n", ";;\n"])
+def test_the_header_tells_what_parts_the_columns(tmp_path, scene, delimiter, before):
+    """Neither a blank line before it nor what stands in its quotes."""
+    write(scene, CLAMPED.replace('"W1"', '"a, b; c, d, e, f"'))
+    row = 'id|"cables.""a, b; c, d, e, f"".length"|name\nx|300|y\n'.replace("|", delimiter)
+    (one,) = rows_of(tmp_path, scene, before.replace(";", delimiter) + row)
+    assert (one.id, one.resolve().cables[0].length) == ("x", 300)
+
+
 def test_whole_numbers_as_spreadsheets_write_them(tmp_path, scene):
     """A column with gaps comes out of many programs as 1.0, where only a whole number may stand."""
     text = "id,cables.W1.equilibrium,cables.W1.length\na,0,300.0\nb,1.0,310\nc,,\n"

@@ -87,7 +87,8 @@ def test_solids(cli, here):
         (("table.csv", "--scene", "scene.toml", "-j", "2", "--dask", "tcp://x:1"), "leave out -j"),
         (("table.csv", "--scene", "scene.toml", "-j", "-1"), "-1 is not in the range"),
         (("table.csv", "--scene", "scene.toml", "--timeout", "0"), "0.0 is not in the range"),
-        (("out/results.csv", "--scene", "scene.toml"), "is also an output"),
+        (("table.csv", "--scene", "scene.toml", "--timeout", "nan"), "the timeout is nan s"),
+        (("table.csv", "--scene", "scene.toml", "--timeout", "inf"), "the timeout is inf s"),
     ],
 )
 def test_usage(cli, here, arguments, words):
@@ -95,6 +96,31 @@ def test_usage(cli, here, arguments, words):
     assert (ended.code, ended.out) == (2, "")
     assert words in ended.err
     assert not (here / "out").exists()
+
+
+@pytest.mark.parametrize("name", ["results.csv", "reports.jsonl"])
+@pytest.mark.parametrize("more", [(), ("--force",), ("--resume",)])
+def test_a_table_is_not_written_over(cli, here, name, more):
+    (here / "out").mkdir()
+    text = "id,cables.W1.diameter\na,3\n" if name == "results.csv" else '{"cables.W1.diameter": 3}\n'
+    write(here / "out" / name, text)
+    ended = cli("batch", f"out/{name}", "--scene", "scene.toml", "-o", "out", "--output", "none", *more)
+    assert (ended.code, ended.out) == (2, "")
+    assert ended.err == f"error: output out/{name} is also an input: out/{name}, the table; write to another folder\n"
+    assert (names(here / "out"), (here / "out" / name).read_text()) == ([name], text)
+
+
+def test_a_timeout_longer_than_a_thread_can_wait(cli):
+    arguments = ("--scene", "scene.toml", "-o", "out", "--output", "none", "--timeout", "1e10")
+    ended = cli("batch", "table.csv", *arguments)
+    assert (ended.code, ended.err.count("Error")) == (0, 0)
+
+
+def test_a_folder_in_the_place_of_the_results(cli, here):
+    (here / "out" / "results.csv").mkdir(parents=True)
+    ended = cli("batch", "table.csv", "--scene", "scene.toml", "-o", "out", "--output", "none")
+    assert (ended.code, ended.out) == (5, "")
+    assert ended.err.startswith("error: out/results.csv cannot be written: it is a folder, a pipe or a device; move it")
 
 
 def test_all_mistakes_of_a_table_before_anything_runs(cli, here):
