@@ -1,7 +1,8 @@
 """STEP files in and out: names, colours, layers, assemblies and placements kept; always mm in memory.
 
-Reading: the file is looked at before Open Cascade sees it, which would read half of a truncated file without a word,
-and once more before it makes shapes, where a damaged entity may kill the process. What is then lost becomes a warning.
+Reading: the file is looked at before Open Cascade sees it, which would read half of a truncated file without a word
+(`part21`), and once more before it makes shapes, where a damaged entity may kill the process, or a damaged unit scale
+the part (`soundness`, `units`). What is then lost becomes a warning.
 Writing: one AP214 assembly, plain ASCII, the same bytes for the same input in any process (`canonical`), whole or not
 at all (`files`). The time in it is SOURCE_DATE_EPOCH, or 1970 where that is not set.
 
@@ -9,7 +10,7 @@ Not for threads: Open Cascade keeps its settings per process. Names of single fa
 validation properties and PMI are not kept.
 
 Measured on as1-oc-214 (0.4 MB) and 25 of it in one file (11 MB), one noisy core: 150 to 200 ms for each MB to read, of
-which 10 for the look before, and 80 to 95 to write, of which 14 for rewriting.
+which 10 to 15 for each of the two looks, and 80 to 95 to write, of which 14 for rewriting.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import io
 import logging
 import os
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import PackageNotFoundError
@@ -30,7 +32,6 @@ from cablecad.brep.kernel import OCP_VERSION, interface_settings, occ_errors, si
 
 # isort: split
 from OCP.IFSelect import IFSelect_ReturnStatus
-from OCP.Interface import Interface_CheckIterator
 from OCP.STEPCAFControl import STEPCAFControl_Reader, STEPCAFControl_Writer
 from OCP.STEPControl import STEPControl_StepModelType
 from OCP.StepData import StepData_Protocol, StepData_StepModel, StepData_StepWriter
@@ -38,8 +39,9 @@ from OCP.StepRepr import StepRepr_NextAssemblyUsageOccurrence
 
 from cablecad.brep.canonical import canonical
 from cablecad.brep.document import CableSolid, Document, Node
-from cablecad.brep.part21 import flaw, is_utf8, quoted
+from cablecad.brep.part21 import entity_name, flaw, is_utf8, quoted, with_whole_measures
 from cablecad.brep.reals import REAL_FORMAT
+from cablecad.brep.soundness import Failure, Findings, failures, look_at
 from cablecad.errors import ExchangeError, UsageError
 from cablecad.files import write_bytes
 from cablecad.model import Part
@@ -87,22 +89,6 @@ _STATUS = {
     IFSelect_ReturnStatus.IFSelect_RetFail: "the text is no STEP",
 }
 
-_COLOURING = frozenset(
-    f"StepVisual_{kind}"
-    for kind in (
-        "StyledItem",
-        "OverRidingStyledItem",
-        "SurfaceStyleUsage",
-        "SurfaceSideStyle",
-        "SurfaceStyleFillArea",
-        "FillAreaStyle",
-        "FillAreaStyleColour",
-        "CurveStyle",
-        "ColourRgb",
-    )
-)
-"""Entities Open Cascade follows to a colour without looking whether they are whole: a broken one kills the process."""
-
 _TRIPPED = ("Standard_NullObject",)
 """What Open Cascade raises over colours of some occurrences that it wrote itself; without them it reads the file."""
 
@@ -146,27 +132,26 @@ def _read(path: Path, data: bytes, *, colored: bool) -> Document:
     with silence(), occ_errors(ExchangeError, f"reading {path}", _REEXPORT), interface_settings(settings):
         reader = STEPCAFControl_Reader()
         reader.SetNameMode(True)
-        reader.SetLayerMode(True)
         reader.SetPropsMode(False)
         reader.SetGDTMode(False)
         reader.SetMatMode(False)
-        status = reader.ReadStream(path.name, io.BytesIO(data[data.index(b"ISO-10303-21") :]))
+        status = reader.ReadStream(path.name, io.BytesIO(with_whole_measures(data[data.index(b"ISO-10303-21") :])))
         if status != IFSelect_ReturnStatus.IFSelect_RetDone:
             raise ExchangeError(f"Open Cascade cannot read {path}: {_STATUS.get(status, 'stopped')}; {_REEXPORT}")
         if OCP_VERSION.startswith("7.") and (b"\\" in data or not data.isascii()):
             _name_by_id(reader.ChangeReader().StepModel())
-        broken = _failures(reader.ChangeReader().WS().ModelCheckList(False))
-        for place, kind, problem in broken:
-            if _makes_shapes(kind, problem):
-                shown = f"its entity {place} in order, {kind.partition('_')[2]}: {problem}"
-                raise ExchangeError(f"{path} is damaged ({shown}); {_REEXPORT}, or fetch it again")
-        colorless = not colored or any(kind in _COLOURING for _, kind, _ in broken)
-        reader.SetColorMode(not colorless)
+        found = look_at(reader.ChangeReader().WS())
+        if found.damage:
+            shown = f"its entity {entity_name(data, found.damage.place)}, {found.damage}"
+            raise ExchangeError(f"{path} is damaged ({shown}); {_REEXPORT}, or fetch it again")
+        found = replace(found, colors=colored and found.colors)
+        reader.SetColorMode(found.colors)
+        reader.SetLayerMode(found.layers)
         document = Document(path.stem)
         if not reader.Transfer(document.handle) or document.is_empty:
             raise ExchangeError(f"{path} holds no shape; {_REEXPORT}, with its solids")
-        lost = _failures(reader.ChangeReader().WS().TransferReader().TransientProcess().CheckList(False))
-    document.warnings = tuple(_warnings(lost, document, colorless=colorless))
+        lost = failures(reader.ChangeReader().WS().TransferReader().TransientProcess().CheckList(False))
+    document.warnings = tuple(_warnings(data, found, lost, document))
     return document
 
 
@@ -208,35 +193,20 @@ def _contents(path: Path) -> bytes:
         raise ExchangeError(f"{path} cannot be read: {error}; check the path") from error
 
 
-def _failures(checks: Interface_CheckIterator) -> list[tuple[int, str, str]]:
-    """Of each entity that failed: its place in the file, its kind, and what is wrong with it."""
-    failed = []
-    checks.Start()
-    while checks.More():
-        check = checks.Value()
-        if check.NbFails():
-            failed.append((checks.Number(), type(check.Entity()).__name__, str(check.Fail(1).ToCString()).strip()))
-        checks.Next()
-    return failed
-
-
-def _makes_shapes(kind: str, problem: str) -> bool:
-    """Whether Open Cascade would make a shape of a broken entity, and might well kill the process over it."""
-    # A representation may hold annotations of kinds that Open Cascade does not know, and does in many sound files.
-    annotated = kind.endswith("Representation") and problem.endswith("illegal type")
-    return kind.startswith(("StepGeom_", "StepShape_")) and not annotated
-
-
-def _warnings(lost: list[tuple[int, str, str]], document: Document, *, colorless: bool) -> Iterator[str]:
+def _warnings(data: bytes, found: Findings, lost: list[Failure], document: Document) -> Iterator[str]:
     """What of a file is not there, which Open Cascade only says when asked."""
+    if not found.lengths:
+        yield f"it does not say what its lengths are in: mm is assumed; if the size is wrong, {_REEXPORT}"
     if lost:
-        place, kind, problem = min(lost)
+        first = min(lost, key=lambda failure: failure.place)
         yield (
-            f"{len(lost)} of its entities could not be made into shapes, and are missing; the first is entity {place} "
-            f"in order, {kind.partition('_')[2]}: {problem}; {_REEXPORT}"
+            f"{len(lost)} of its entities could not be made into shapes, and are missing; the first is entity "
+            f"{entity_name(data, first.place)}, {first}; {_REEXPORT}"
         )
-    if colorless:
+    if not found.colors:
         yield f"its colours could not be read; {_REEXPORT}"
+    if not found.layers:
+        yield f"its layers could not be read; {_REEXPORT}"
     hollow = document.hollow_products()
     if hollow:
         shown = ", ".join(hollow[:5]) + (", ..." if len(hollow) > 5 else "")
