@@ -13,18 +13,20 @@ from functools import partial
 import numpy as np
 
 from cablecad.centreline import Array
-from cablecad.errors import SolveError, UsageError
+from cablecad.errors import InfeasibleError, SolveError, UsageError
 from cablecad.model import Cable, Clamp, Pin, Port, Toward, Vector, as_moved_end, unit
 from cablecad.rod.elastica import Inflexional
 from cablecad.rod.equilibria import Equilibria
 from cablecad.rod.follow import follow_planar
 from cablecad.rod.pinned import first_arch
+from cablecad.rod.plane import bulge_direction
+from cablecad.rod.select import select_model
 from cablecad.rod.solution import RodSolution
 from cablecad.rod.solve import solve_rod
 from cablecad.rod.span import Span, span_of
 from cablecad.rod.trace import Trace
 from cablecad.rod.two_point import equilibrium_of, solution_of, torsion_ratio
-from cablecad.rod.vector import cross, dot, minus, plus
+from cablecad.rod.vector import cross, dot, minus, plus, scaled
 
 _JUMP = 0.25
 """A shape that turns this much further than its ends do may have jumped to another branch [rad]; neighbouring branches
@@ -73,7 +75,8 @@ def move_solution(
         InfeasibleError: The moved ends are out of reach.
         NotPlanarError: The moved ends do not lie in one plane.
         SolveError: The equilibrium ceased to exist on the way; solve anew for another.
-        UsageError: A clamp became a pin or the reverse, or the distance of the ends was never given.
+        UsageError: A clamp became a pin or the reverse, the distance of the ends was never given, or the ends of a
+            pinned cable have crossed, which positions do not tell.
     """
     cable = _moved_cable(last, start, end, length)
     if _clamped(cable) != _clamped(last.cable):
@@ -83,12 +86,22 @@ def move_solution(
         bent = last.centreline.pieces[0]
         if not isinstance(bent, Inflexional):
             return solve_rod(cable)
+        if last.chord < 0.0:
+            raise UsageError(
+                f"the ends of cable {cable.name} have crossed (chord {last.chord:.6g} mm): between two positions a "
+                "cable has not, so it cannot be followed to them; solve the moved cable anew"
+            )
         x, y, z = (-bent.placement.e2 * first_arch(last.equilibrium.inflections + 1)).tolist()
         bulge, way = _side(last, cable, (x, y, z))
         anew = solve_rod(replace(cable, bulge=bulge, equilibrium=last.index - last.index % 2 + way))
         return replace(anew, cable=cable, reason=f"{last.reason}; followed")
     assert isinstance(cable.length, int | float)
-    span = _moved_span(last, cable, trace)
+    try:
+        span = _moved_span(last, cable, trace)
+    except InfeasibleError:  # nothing is left to bend, which is a cable too where the ends look at each other
+        if select_model(cable).model == "straight":
+            return solve_rod(cable)
+        raise
     ratio = torsion_ratio(cable, span)
     row = _follow(trace.row, span.start_angle, span.end_angle, span.excess, ratio, _HALVINGS)
     if row is None:
@@ -221,15 +234,18 @@ def _asked(trace: Trace, span: Span) -> float:
 def _side(last: RodSolution, cable: Cable, side: Vector) -> tuple[Vector, int]:
     """The bulge of a moved pinned cable that lay on `side`, and whether it lies towards it (0) or away from it (1).
 
-    The bulge that was given, wherever it says enough; else the side itself, which turns with the chord: the default
-    bulge changes with the direction of the chord.
+    The bulge that was given, wherever it says enough; else the side itself, which turns with the chord, or its
+    opposite, whichever is nearer to the cable's own bulge: the default one changes with the direction of the chord.
     """
     axes = _axes(last, cable)
     if cable.bulge is not None and any(axes[1]):
         bulge = unit(cable.bulge)
         if all(abs(dot(unit(axis), bulge)) < _ALONG for axis in axes if any(axis)):
             return cable.bulge, int(dot(side, bulge) < 0.0)
-    return _carried(side, *axes), 0
+    there = _carried(side, *axes)
+    if cable.bulge is None and any(axes[1]) and dot(there, bulge_direction(unit(axes[1]), None)) < 0.0:
+        return scaled(there, -1.0), 1
+    return there, 0
 
 
 def _clamped(cable: Cable) -> tuple[bool, bool]:

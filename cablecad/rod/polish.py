@@ -246,6 +246,7 @@ def _polish_together(
     best = np.full(len(z), np.inf)
     kept = current = middle
     active = np.arange(len(z))
+    stalled = np.zeros(len(z), dtype=bool)
     before = step = None
     for _ in range(iterations):
         missing = unmet(space, current, targets[active], excess[active], flat[active])
@@ -261,7 +262,10 @@ def _polish_together(
         halved = size < 0.5 * best[active]
         best[active] = np.minimum(best[active], size)
         floor = np.where(flat[active], 1e-18, 2e-15)
-        go = halved & (size > floor)
+        # The modes' derivative may bring little in one step and much in the next: what is not done gets another one.
+        patient = ~halved & ~stalled[active] & better & (size > _GOOD)
+        stalled[active] = ~halved
+        go = (halved | patient) & (size > floor)
         if not go.any():
             break
         current, missing, active = current.take(np.flatnonzero(go)), missing[go], active[go]

@@ -38,7 +38,8 @@ class Response:
         end_force_per_EI: The same at the end.
         start_moment_per_EI: Of the moment about the start's own end point, shape (3, 7) [1/mm per input].
         end_moment_per_EI: The same at the end.
-        bend_radius_min: Of the least bend radius, shape (7,) [mm per input].
+        bend_radius_min: Of the least bend radius, shape (7,) [mm per input]. Where two places are equally tight, as the
+            ends between parallel clamps may be, it has a kink, and this is the derivative to one of its sides.
         points: Of the points at the arclengths asked for, kept at the same share of their piece, shape (k, 3, 7).
     """
 

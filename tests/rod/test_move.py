@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from cablecad.errors import UsageError
-from cablecad.model import Cable, Clamp, Pin, Port, Toward
+from cablecad.errors import InfeasibleError, UsageError
+from cablecad.model import Cable, Clamp, EquilibriumKey, Pin, Port, Toward
 from cablecad.rod.solution import RodSolution
 from cablecad.rod.solve import solve_rod
 
@@ -126,6 +126,38 @@ def test_a_pinned_cable_on_a_closed_loop_comes_back() -> None:
     assert np.abs(last.position(s) - first.position(s)).max() < 1e-9
 
 
+@pytest.mark.parametrize("equilibrium", range(6))
+def test_a_pinned_cable_that_moved_has_its_place_in_the_list(equilibrium: int) -> None:
+    """Side and index are those that solving the moved cable gives to the same shape."""
+    cable = Cable("c", 0.01, Pin((0, 0, 0)), Pin((100, 0, 0)), length=150.0, equilibrium=equilibrium)
+    moved = solve_rod(cable).moved(end=Pin((101, 0, 0)))
+    anew = solve_rod(moved.cable)
+    assert (moved.index, moved.equilibrium.side) == (equilibrium, anew.equilibrium.side)
+    assert np.abs(moved.points(31) - anew.points(31)).max() < 1e-9
+
+
+def test_crossed_ends_are_not_taken_for_ends_that_have_not() -> None:
+    """Between two positions a cable has the positive chord, which is another shape."""
+    crossed = solve_rod(Cable("c", 0.01, Pin((0, 0, 0)), Toward((1, 0, 0)), length=100.0, angle_deg=140.0))
+    assert crossed.chord < 0.0
+    for end in (Pin(tuple(crossed.position(100.0)[0])), Pin((30, 0, 0))):
+        with pytest.raises(UsageError, match=r"have crossed \(chord -10\.6.*solve the moved cable anew"):
+            crossed.moved(end=end)
+
+
+def test_a_clamped_cable_may_become_straight() -> None:
+    ends = Clamp((0, 0, 0), (1, 0, 0)), Clamp((100, 0, 0), (1, 0, 0))
+    solution = solve_rod(Cable("c", 0.01, *ends, length=120.0))
+    straight = solution.moved(length=100.0)
+    assert (straight.model, straight.length) == ("straight", 100.0)
+    again = straight.moved(length=120.0)
+    assert again.equilibrium.energy_per_EI == pytest.approx(solution.equilibrium.energy_per_EI, rel=1e-12)
+    with pytest.raises(InfeasibleError):
+        solution.moved(length=99.0)
+    with pytest.raises(InfeasibleError):
+        solution.moved(end=Clamp((100, 0, 0), (1, 0, 1)), length=100.0)
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_an_end_that_passes_through_the_other_takes_the_cable_along(seed: int) -> None:
     """The chord turns by 180 degrees at once: points of the cable move no farther than they answer the end's move."""
@@ -153,3 +185,21 @@ def test_a_plane_that_turned_half_round_is_said() -> None:
     near, past = (solution.moved(end=Port((0, y, 0), up)) for y in (1, -5))
     assert not any("turned half round" in said for said in near.warnings)
     assert any("turned half round" in said for said in past.warnings)
+
+
+@pytest.mark.parametrize(("d", "energy"), [(0.7154, 0.633800), (0.716, 0.635118), (0.72, 0.644049), (0.73, 0.667547)])
+def test_a_tight_loop_is_met_and_followed(d: float, energy: float) -> None:
+    """Newton's method brings it little in one step and much in the next; energies by a continuation of its own."""
+    first, last = -0.9584052473220972, 0.06733911635512335
+
+    def loop(chord: float) -> Cable:
+        ends = (
+            Clamp((0, 0, 0), (math.cos(first), math.sin(first), 0)),
+            Clamp((chord, 0, 0), (math.cos(last), math.sin(last), 0)),
+        )
+        return Cable("c", 0.1, *ends, length=100.0, equilibrium=EquilibriumKey(1, -1), allow_contact=True)
+
+    met, followed = solve_rod(loop(100.0 * d)), solve_rod(loop(71.49)).moved(end=loop(100.0 * d).end)
+    for solution in (met, followed):
+        assert solution.equilibrium.energy_per_EI == pytest.approx(energy, abs=2e-6)
+        assert solution.residual < 1e-12
