@@ -97,7 +97,7 @@ class Table:
         name: Of the files it is written to, without a suffix.
         title: A sentence.
         rows: Dataclasses of one type, whose fields were made by `column`.
-        targets: In the order of the issue they settle.
+        targets: What its figures are held to.
         notes: What has to be known to read it: counts, seeds, what the error is taken against, where a rival is better.
         plot: What of it is worth a picture.
     """
