@@ -72,4 +72,5 @@ def draws() -> None:
     try:
         offscreen_window(16, 16)
     except MissingDependencyError as error:
-        pytest.skip(str(error).partition("\n")[0])
+        missing = str(error).partition("\n")[0]
+        pytest.skip(f"no picture can be drawn on this system: {missing}")

@@ -32,7 +32,7 @@ except ModuleNotFoundError as error:
         raise
     raise MissingDependencyError("build123d is not installed: pip install build123d") from error
 
-from cablecad.adapters.ends import End, asked_cable, held, keep_straight, known_end, seen_from
+from cablecad.adapters.ends import End, asked_cable, held, keep_straight, known_end, placed
 from cablecad.adapters.results import CableResults, Results
 from cablecad.brep.ports import edge_port, face_port
 from cablecad.model import SHAPE_TOLERANCE, Pin, Port, port_of_frame
@@ -173,12 +173,7 @@ def port(end: Any, location: b3d.Location | None = None) -> Any:
         UsageError: The object stands for no end.
         GeometryError: A face or edge without an axis, or with one that may point either way.
     """
-    found = _end(end, "end")
-    if location is None:
-        return found
-    if not isinstance(location, b3d.Location):
-        raise UsageError(f"a part is placed by a Location, not by a {type(location).__name__}")
-    return seen_from(found, location.wrapped.Transformation())
+    return placed(_end(end, "end"), location, b3d.Location)
 
 
 def _own_frame(value: Any) -> b3d.Location | None:

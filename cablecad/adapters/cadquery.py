@@ -33,7 +33,7 @@ except ModuleNotFoundError as error:
     raise MissingDependencyError("CadQuery is not installed: pip install cadquery") from error
 
 from cablecad.adapters.cadquery_ends import end_of, frame_of_end, selected_ends
-from cablecad.adapters.ends import asked_cable, held, keep_straight, seen_from
+from cablecad.adapters.ends import asked_cable, held, keep_straight, placed
 from cablecad.adapters.results import CableResults, Results
 from cablecad.brep.document import Color, Node, frame_of, part_frame
 from cablecad.model import SHAPE_TOLERANCE, Scene
@@ -204,12 +204,7 @@ def port(end: Any, location: cq.Location | None = None) -> Any:
         UsageError: The object stands for no end.
         GeometryError: A face or edge without an axis, or with one that may point either way.
     """
-    found = end_of(end, "end")
-    if location is None:
-        return found
-    if not isinstance(location, cq.Location):
-        raise UsageError(f"a part is placed by a cq.Location, not by a {type(location).__name__}")
-    return seen_from(found, location.wrapped.Transformation())
+    return placed(end_of(end, "end"), location, cq.Location)
 
 
 def as_solid(built: Built, *, tolerance: float = SHAPE_TOLERANCE) -> CableSolid:

@@ -81,6 +81,19 @@ def _has_axis(end: End) -> bool:
     return isinstance(end, Clamp) or (isinstance(end, Port) and end.outward is not None)
 
 
+def placed(end: End, location: Any, kind: type[Any]) -> End:
+    """An end that was selected in a part's own coordinates, where a location of the host's `kind` has the part.
+
+    Raises:
+        UsageError: It is placed by something else; None leaves the part where it is.
+    """
+    if location is None:
+        return end
+    if not isinstance(location, kind):
+        raise UsageError(f"a part is placed by a {kind.__name__}, not by a {type(location).__name__}")
+    return seen_from(end, location.wrapped.Transformation())
+
+
 def seen_from(end: End, frame: gp_Trsf) -> End:
     """The end after a rigid move."""
     if isinstance(end, Pin):

@@ -100,8 +100,9 @@ def find_tightest(pieces: Sequence[FittedPiece]) -> None:
         at[own] = bend.argmax(axis=1)
         bends[own] = bend.max(axis=1)
     shares = _SHARES[at]
-    ends = np.cumsum([piece.spans for piece in pieces])
-    greatest = np.repeat(np.maximum.reduceat(bends, ends - [piece.spans for piece in pieces]), np.diff(ends, prepend=0))
+    spans = np.array([piece.spans for piece in pieces])
+    ends = np.cumsum(spans)
+    greatest = np.repeat(np.maximum.reduceat(bends, ends - spans), spans)
     rivals = np.flatnonzero(bends >= (1.0 - _RIVAL) * greatest)
     shares[rivals], bends[rivals] = _looked_closer(polynomials[rivals], steps[rivals], shares[rivals])
     for piece, end in zip(pieces, ends.tolist(), strict=True):

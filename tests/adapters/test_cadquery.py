@@ -165,8 +165,8 @@ def test_nonsense_is_a_mistake_with_its_name(wrong):
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: port(cq.Location(), cq.Plane.XY()), "placed by a cq.Location, not by a Plane"),
-        (lambda: port(cq.Location(), (1, 2, 3)), "placed by a cq.Location, not by a tuple"),
+        (lambda: port(cq.Location(), cq.Plane.XY()), "placed by a Location, not by a Plane"),
+        (lambda: port(cq.Location(), (1, 2, 3)), "placed by a Location, not by a tuple"),
         (lambda: as_solid(None), "a NoneType is no cable"),
         (lambda: as_solid(cq.Solid.makeBox(1, 1, 1)), "a Solid is no cable"),
         (lambda: add_to(None), "a NoneType is no cq.Assembly"),

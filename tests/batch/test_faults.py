@@ -267,14 +267,18 @@ def test_ctrl_c_ends_a_worker_that_hangs(scene, tmp_path, process):
     assert not Path(f"/proc/{pid}").exists()
 
 
-def test_a_file_without_its_line_is_not_left_to_a_row_that_fails(scene, undisturbed, tmp_path, process):
-    """A kill may come between the two, and the row may be another when the batch is resumed."""
-    batch = process("batch", undisturbed, "--scene", scene, "-o", tmp_path / "out", "-j", 1)
-    wait_until(lambda: lines_in(tmp_path / "out") >= 2)
+def killed(process, table, scene, folder):
+    """The journal of a batch that was killed when two rows were done, and what is in it."""
+    batch = process("batch", table, "--scene", scene, "-o", folder, "-j", 1)
+    wait_until(lambda: lines_in(folder) >= 2)
     batch.kill()
     batch.wait()
-    path = tmp_path / "out" / "reports.jsonl"
-    content = path.read_bytes()
+    return folder / "reports.jsonl", (folder / "reports.jsonl").read_bytes()
+
+
+def test_a_file_without_its_line_is_not_left_to_a_row_that_fails(scene, undisturbed, tmp_path, process):
+    """A kill may come between the two, and the row may be another when the batch is resumed."""
+    path, content = killed(process, undisturbed, scene, tmp_path / "out")
     path.write_bytes(content[: content.index(b"\n") + 1])
     assert (tmp_path / "out" / "r1.step").exists()
     table = table_rows(parts(scene, GOOD, "none.step"), scene)
@@ -284,12 +288,7 @@ def test_a_file_without_its_line_is_not_left_to_a_row_that_fails(scene, undistur
 
 
 def test_a_line_torn_by_a_kill_is_done_anew(scene, undisturbed, tmp_path, process):
-    batch = process("batch", undisturbed, "--scene", scene, "-o", tmp_path / "out", "-j", 1)
-    wait_until(lambda: lines_in(tmp_path / "out") >= 2)
-    batch.kill()
-    batch.wait()
-    path = tmp_path / "out" / "reports.jsonl"
-    content = path.read_bytes()
+    path, content = killed(process, undisturbed, scene, tmp_path / "out")
     path.write_bytes(content[: content.index(b"\n") + 100])  # all of the first line, some of the second
     summary = run_batch(table_rows(undisturbed, scene), folder=tmp_path / "out", workers=0, resume=True)
     assert (summary.kept, summary.counts) == (1, {"done": 6})

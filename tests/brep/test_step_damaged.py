@@ -11,8 +11,8 @@ import sys
 from pathlib import Path
 
 import pytest
+from step_files import changed_copy, cylinder, write_plain
 
-from cablecad.brep.kernel import interface_settings, silence
 from cablecad.brep.part21 import entity_name, flaw, with_whole_measures
 from cablecad.brep.step import read_step, read_tree
 from cablecad.errors import ExchangeError
@@ -27,17 +27,6 @@ MILLIMETRE = b"SI_UNIT(.MILLI.,.METRE.)"
 UNITS = b"GLOBAL_UNIT_ASSIGNED_CONTEXT((#1250,#1251,#1252))"
 
 
-def changed(folder, source, *replacements):
-    """A copy of a file with some bytes of it changed."""
-    data = source.read_bytes()
-    for old, new in replacements:
-        assert old in data
-        data = data.replace(old, new, 1)
-    path = folder / "changed.stp"
-    path.write_bytes(data)
-    return path
-
-
 @pytest.fixture(scope="module")
 def inches(tmp_path_factory):
     """By Open Cascade: a cylinder of 1 inch across and 1 inch high, in inches."""
@@ -45,15 +34,7 @@ def inches(tmp_path_factory):
 
 
 def written(path, unit):
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
-    from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
-
-    with silence(), interface_settings({"write.step.unit": unit}):
-        writer = STEPControl_Writer()
-        shape = BRepPrimAPI_MakeCylinder(12.7, 25.4).Shape()
-        writer.Transfer(shape, STEPControl_StepModelType.STEPControl_AsIs)
-        writer.Write(str(path))
-    return path
+    return write_plain(path, [cylinder(12.7, 25.4)], unit)
 
 
 VOLUME = math.pi * 12.7**2 * 25.4
@@ -83,7 +64,7 @@ def volume(path):
 )
 def test_damaged_unit_of_length_is_refused(tmp_path, new):
     with pytest.raises(ExchangeError, match=r"is damaged \(its entity #1250, SiUnitAndLengthUnit: .*export it again"):
-        read_step(changed(tmp_path, BRACKET, (MILLIMETRE, new)))
+        read_step(changed_copy(tmp_path, BRACKET, (MILLIMETRE, new)))
 
 
 @pytest.mark.parametrize(
@@ -103,12 +84,12 @@ def test_damaged_unit_of_length_is_refused(tmp_path, new):
 )
 def test_damaged_context_of_units_is_refused(tmp_path, old, new, named):
     with pytest.raises(ExchangeError, match=rf"is damaged \(its entity .*{named}"):
-        read_step(changed(tmp_path, BRACKET, (old, new)))
+        read_step(changed_copy(tmp_path, BRACKET, (old, new)))
 
 
 @pytest.mark.parametrize("units", [b"(())", b"((#1251,#1252))"])
 def test_without_a_unit_of_length_mm_is_assumed_and_told(tmp_path, caplog, units):
-    path = changed(tmp_path, BRACKET, (UNITS, b"GLOBAL_UNIT_ASSIGNED_CONTEXT" + units))
+    path = changed_copy(tmp_path, BRACKET, (UNITS, b"GLOBAL_UNIT_ASSIGNED_CONTEXT" + units))
     with caplog.at_level(logging.WARNING):
         document = read_step(path)
     (warning,) = document.warnings
@@ -148,7 +129,7 @@ def references(path):
 def test_damaged_conversion_of_a_unit_is_refused(tmp_path, inches, old, new, named):
     for name, reference in references(inches).items():
         old, new = old.replace(b"," + name, b"," + reference), new.replace(b"," + name, b"," + reference)
-    path = changed(tmp_path, inches, (old, new))
+    path = changed_copy(tmp_path, inches, (old, new))
     assert volume(inches) == pytest.approx(VOLUME, rel=1e-9)
     with pytest.raises(ExchangeError, match=rf"is damaged \(its entity #\d+, .*({named})"):
         read_step(path)
@@ -169,7 +150,7 @@ def test_conversion_that_rests_on_another(tmp_path, inches):
         rb"#9003 = DIMENSIONAL_EXPONENTS(1.,0.,0.,0.,0.,0.,0.);"
         rb"#9002 = LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(10.)," + millimetre + rb")"
     )
-    path = changed(tmp_path, inches, (b"(25.4," + millimetre + b")", ten))
+    path = changed_copy(tmp_path, inches, (b"(25.4," + millimetre + b")", ten))
     assert volume(path) == pytest.approx(VOLUME, rel=1e-9)
 
 
@@ -186,7 +167,7 @@ def test_measure_in_every_form(tmp_path, inches, measure):
     """Of the first, which has two parts, Open Cascade makes nothing, and of the inch 1 mm."""
     millimetre = references(inches)[b"MM"]
     whole = b"LENGTH_MEASURE_WITH_UNIT(25.4," + millimetre + b")"
-    path = changed(tmp_path, inches, (whole, measure.replace(b"MM", millimetre)))
+    path = changed_copy(tmp_path, inches, (whole, measure.replace(b"MM", millimetre)))
     assert volume(path) == pytest.approx(VOLUME, rel=1e-9)
 
 
@@ -242,7 +223,7 @@ def ended(tmp_path_factory):
     """What became of each: the lines of one process that read them in turn, as far as it lived."""
     paths = []
     for source, old, new, _ in LETHAL:
-        paths.append(changed(tmp_path_factory.mktemp("lethal"), source, (old, new)))
+        paths.append(changed_copy(tmp_path_factory.mktemp("lethal"), source, (old, new)))
     child = subprocess.run(
         [sys.executable, "-c", READ_EACH, *paths], capture_output=True, text=True, cwd=ROOT, timeout=300, check=False
     )
@@ -261,7 +242,7 @@ def test_damage_does_not_kill_the_process(ended, number):
 
 
 def test_broken_layers_are_left_out_and_told(tmp_path):
-    path = changed(tmp_path, OCCURRENCE, (LAYER, b"#234=PRESENTATION_LAYER_ASSIGNMENT(()"))
+    path = changed_copy(tmp_path, OCCURRENCE, (LAYER, b"#234=PRESENTATION_LAYER_ASSIGNMENT(()"))
     document = read_step(path)
     assert any(warning.startswith("its layers could not be read; ") for warning in document.warnings)
     assert all(node.layers == () for node in document.tree()[0].walk())

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from step_files import changed_copy, cylinder, write_plain
 
-from cablecad.brep.kernel import interface_settings, silence
+from cablecad.brep.kernel import interface_settings
 from cablecad.brep.step import read_parts, read_step, read_tree
 from cablecad.errors import ExchangeError
 from cablecad.model import Part
@@ -19,27 +20,10 @@ AS1 = DATA / "as1-oc-214.stp"
 IO1 = DATA / "io1-cm-214.stp"
 
 
-def write_plain(path, shapes, unit="MM"):
-    """A file by Open Cascade's plain writer: a root for each shape, no names given."""
-    from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
-
-    with silence(), interface_settings({"write.step.unit": unit}):
-        writer = STEPControl_Writer()
-        for shape in shapes:
-            writer.Transfer(shape, STEPControl_StepModelType.STEPControl_AsIs)
-        writer.Write(str(path))
-
-
 def box(x, y, z):
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
 
     return BRepPrimAPI_MakeBox(x, y, z).Shape()
-
-
-def cylinder(radius, height):
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
-
-    return BRepPrimAPI_MakeCylinder(radius, height).Shape()
 
 
 @pytest.fixture
@@ -47,13 +31,7 @@ def changed(tmp_path):
     """A copy of the AS1 assembly, or of another file, with some bytes of it changed."""
 
     def change(*replacements, source=AS1):
-        data = source.read_bytes()
-        for old, new in replacements:
-            assert old in data
-            data = data.replace(old, new, 1)
-        path = tmp_path / "changed.stp"
-        path.write_bytes(data)
-        return path
+        return changed_copy(tmp_path, source, *replacements)
 
     return change
 
